@@ -1,0 +1,125 @@
+"""Put a nominal configuration onto the constraints with the smallest change ([Tram2023] eq. (59))."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from drillrig_pin.errors import AssemblyError, legal_names
+from drillrig_pin.kinematics import Array
+from drillrig_pin.rig import Rig
+from drillrig_pin.workspace import Workspace
+
+#: Assembled when every residual is below this [m or -]: a few rounding errors of a ten-metre machine.
+CLOSED = 1e-13
+#: A residual that the iteration cannot lower below this [m or -] means that the constraints contradict each other.
+OPEN = 1e-10
+ITERATIONS = 200
+#: Singular values below this fraction of the largest count as zero when rows are tested for independence.
+RANK = 1e-9
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """A state on the constraints.
+
+    Attributes:
+        q, v: configuration and velocity with f(q) = 0 and J v = 0.
+        targets: value held by every constraint row.
+        moved: change of each dof against the nominal configuration [rad or m], by dof name.
+        redundant: names of constraint rows that follow from the others.
+    """
+
+    q: Array
+    v: Array
+    targets: Array
+    moved: dict[str, float]
+    redundant: tuple[str, ...]
+
+
+def assemble_state(rig: Rig, q: Array, v: Array, targets: dict[str, float] | None = None) -> Assembly:
+    """Project a nominal state onto the constraints.
+
+    Minimises the Euclidean norm of the change of the dofs (radians and metres alike) subject to f(q) = 0, by Gauss-Newton
+    steps; then removes from v what violates J v = 0. Rows held at their initial value take it after the others closed.
+
+    Args:
+        rig: the rig.
+        q: nominal configuration (nq).
+        v: nominal velocity (nv).
+        targets: values [m] for hold rows by name (``face.y``), replacing those of the model.
+
+    Raises:
+        AssemblyError: unknown row name, or no configuration near q satisfies the constraints.
+    """
+    rows = rig.rows
+    given = dict(targets or {})
+    names = [row.name for row in rows]
+    for name in given:
+        if name not in names:
+            raise AssemblyError(f"no constraint row {name!r} to give a target", todo=legal_names(name, names, "rows"))
+    wanted = [given.get(row.name, row.target) for row in rows]
+    space = Workspace(rig, ())
+    fixed = np.array([i for i, target in enumerate(wanted) if target is not None], dtype=int)
+    goal = np.array([0.0 if target is None else target for target in wanted])
+    q0 = q.copy()
+    zero = np.zeros(rig.model.nv)
+    if fixed.size:
+        q = _close(rig, space, q0, fixed, goal[fixed])
+    space.update(q, zero)
+    goal = np.where([target is None for target in wanted], space.x_constraint, goal)
+    J = space.J.copy()
+    if len(J):
+        v = v - np.linalg.lstsq(J, J @ v, rcond=RANK)[0]
+    moved = pin.difference(rig.model, q0, q)
+    return Assembly(q, v, goal, dict(zip(rig.dof_names, moved.tolist(), strict=True)), redundant_rows(J, names))
+
+
+def _close(rig: Rig, space: Workspace, q0: Array, which: Array, goal: Array) -> Array:
+    """Closest q to q0 with x(q)[which] = goal."""
+    q, zero = q0.copy(), np.zeros(rig.model.nv)
+    best = np.inf
+    for _ in range(ITERATIONS):
+        space.update(q, zero)
+        f = space.x_constraint[which] - goal
+        J = space.J[which]
+        error = float(np.abs(f).max())
+        # Full step onto the linearised constraints, of all such points the one nearest to q0.
+        back = pin.difference(rig.model, q, q0)
+        step = back - np.linalg.lstsq(J, J @ back + f, rcond=RANK)[0]
+        if error <= CLOSED and float(np.abs(step).max()) < 1e-9:
+            return q
+        best = min(best, error)
+        longest = float(np.abs(step).max())
+        # A radian is the largest turn over which the linearisation can be trusted at all.
+        q = pin.integrate(rig.model, q, step * min(1.0, 0.3 / longest) if longest > 0 else step)
+    space.update(q, zero)
+    f = space.x_constraint[which] - goal
+    if float(np.abs(f).max()) <= OPEN:
+        return q
+    worst = int(np.argmax(np.abs(f)))
+    row = rig.rows[int(which[worst])]
+    raise AssemblyError(
+        f"the machine cannot be assembled: {row.name!r} stays {abs(f[worst]):.3g} {row.unit.replace('1', '(cosine)')} open",
+        where=rig.file.path,
+        todo="Move its target or points within reach, or start from another pose.",
+    )
+
+
+def redundant_rows(J: Array, names: list[str]) -> tuple[str, ...]:
+    """Names of rows of J (m, nv) that depend on the rows before them (Gram-Schmidt with the tolerance ``RANK``)."""
+    basis: list[Array] = []
+    redundant = []
+    for row, name in zip(J, names, strict=True):
+        rest = row.copy()
+        for _ in range(2):
+            for unit in basis:
+                rest -= (unit @ rest) * unit
+        length = float(np.linalg.norm(rest))
+        if length <= RANK * max(float(np.linalg.norm(row)), 1e-300) or not row.any():
+            redundant.append(name)
+        else:
+            basis.append(rest / length)
+    return tuple(redundant)

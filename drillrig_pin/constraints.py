@@ -1,0 +1,146 @@
+"""Holonomic constraints f(q) = 0: a point held on world axes, and two frames joined into a loop.
+
+Every row is a :class:`~drillrig_pin.coordinates.Slide` or :class:`~drillrig_pin.coordinates.Angle`, so residual, rate,
+Jacobian and bias of all rows come from one evaluation. A hold of the tip on y and z is [Tram2023] eq. (7).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar, Self
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+
+from drillrig_pin.coordinates import Angle, Slide
+from drillrig_pin.elements.base import Resolver
+from drillrig_pin.elements.fields import AXIS, Axes, Initial, Name, quantity, reference, split
+from drillrig_pin.kinematics import world_direction, world_point
+from drillrig_pin.model.nodes import Node
+
+
+def _target(value: Any) -> Any:
+    return value if value == "initial" else split(value)
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One scalar constraint x(q) - target = 0.
+
+    Attributes:
+        name: element and axis, e.g. ``face.y``.
+        coordinate: x(q).
+        target: value held [m or -]; None: the value at the initial state.
+        unit: of the residual, ``m`` or ``1``.
+        loop: True for a loop, whose reaction is part of equilibrium from the start.
+    """
+
+    name: str
+    coordinate: Slide | Angle
+    target: float | None
+    unit: str
+    loop: bool
+
+
+class Constraint(BaseModel):
+    """Base of the constraint elements."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True, allow_inf_nan=False)
+
+    tag: ClassVar[str]
+
+    name: Name
+
+    @classmethod
+    def from_node(cls, node: Node) -> Self:
+        """Build from a file element."""
+        return cls.model_validate(node.attributes)
+
+    def fault(self) -> str | None:
+        """What makes the attributes impossible together, or None."""
+        return None
+
+    def rows(self, resolver: Resolver) -> Iterator[Row]:
+        """The scalar rows, in the order of the axes given."""
+        raise NotImplementedError
+
+
+class Hold(Constraint):
+    """A point held on chosen world axes. Its reaction is the force of the surroundings on the point, in world axes.
+
+    With `target="initial"` it stays where the initial state puts it; with numbers, one per axis, the machine is first
+    assembled so that it lies there.
+    """
+
+    tag: ClassVar[str] = "hold"
+
+    point: Name = reference("the point held")
+    axes: Axes = reference("world axes it cannot move along, e.g. `y z`", min_length=1)
+    target: Annotated[Initial | tuple[float, ...], BeforeValidator(_target)] = quantity(
+        "m", "world coordinates, one per axis", default="initial"
+    )
+
+    def fault(self) -> str | None:
+        """One target per axis."""
+        if self.target != "initial" and len(self.target) != len(self.axes):
+            return f"{len(self.target)} targets for {len(self.axes)} axes"
+        return None
+
+    def rows(self, resolver: Resolver) -> Iterator[Row]:
+        """n . p for every axis n."""
+        point = resolver.point(self.point)
+        for i, axis in enumerate(self.axes):
+            target = None if self.target == "initial" else float(self.target[i])
+            yield Row(f"{self.name}.{axis}", Slide(point, world_direction(AXIS[axis]), world_point()), target, "m", False)
+
+
+class Loop(Constraint):
+    """Two points joined into a closed loop, on chosen axes of the first point's frame.
+
+    Translations: the second point's position in the first one's frame is zero on these axes. Rotations `x y`: the two
+    z axes stay parallel (a hinge about z, with three translations); `x y z`: no relative rotation.
+    Reactions are forces [N] and moments [N m] on the second point's link, in the first frame's axes.
+    """
+
+    tag: ClassVar[str] = "loop"
+
+    start: Name = Field(alias="from", description="first point; its axes are used", json_schema_extra={"unit": ""})
+    end: Name = Field(alias="to", description="second point", json_schema_extra={"unit": ""})
+    translations: Axes = reference("axes of no relative displacement", default=())
+    rotations: Axes = reference("axes of no relative rotation: none, two or three of them", default=())
+
+    def fault(self) -> str | None:
+        """Which combinations of axes make a joint."""
+        if not self.translations and not self.rotations:
+            return "neither translations nor rotations are closed"
+        if len(self.rotations) == 1:
+            return "a single rotation axis cannot be closed on its own; give none, two or three"
+        return None
+
+    def rows(self, resolver: Resolver) -> Iterator[Row]:
+        """Translations first, then rotations as scalar products of axes that must stay perpendicular."""
+        start, end = resolver.point(self.start), resolver.point(self.end)
+        for axis in self.translations:
+            direction = resolver.direction(self.start, AXIS[axis], "body")
+            yield Row(f"{self.name}.{axis}", Slide(end, direction, start), 0.0, "m", True)
+        for axis in self.rotations:
+            # Rotation about `axis` is what moves one of the other two axes out of the plane normal to the third.
+            first, second = _perpendicular(axis, self.rotations)
+            base = resolver.direction(self.start, AXIS[first], "body")
+            moving = resolver.direction(self.end, AXIS[second], "body")
+            yield Row(f"{self.name}.r{axis}", Angle(base, moving), 0.0, "1", True)
+
+
+def _perpendicular(axis: str, closed: tuple[str, ...]) -> tuple[str, str]:
+    """Axes (of the first frame, of the second) whose scalar product must vanish so that rotation about ``axis`` does."""
+    others = [a for a in "xyz" if a != axis]
+    if len(closed) == 2:
+        # A hinge about the free axis: its image must stay perpendicular to the other closed axis.
+        free = next(a for a in "xyz" if a not in closed)
+        other = next(a for a in others if a != free)
+        return other, free
+    cyclic = {"x": ("y", "z"), "y": ("z", "x"), "z": ("x", "y")}
+    return cyclic[axis]
+
+
+CONSTRAINTS: dict[str, type[Constraint]] = {cls.tag: cls for cls in (Hold, Loop)}

@@ -1,0 +1,266 @@
+"""The equations of motion: assemble them, solve them, as separate steps ([Tram2023] eqs. (8), (9), (52)-(63)).
+
+    M(q) a + C(q, v) v + g(q) = Q + J^T lambda,      J a = -J_dot v + correction(f, f_dot).
+
+Here lambda is the force of the surroundings on the machine (the paper's lambda with the opposite sign: it writes
+Q - Phi_q^T lambda); for a hold of the tip it is the force of the face on the tip in world axes [N].
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+import pinocchio as pin
+import scipy.linalg
+from scipy.linalg.lapack import dgesv
+
+from drillrig_pin.assembly import RANK
+from drillrig_pin.elements.base import Element, Law
+from drillrig_pin.errors import SingularConfigurationError
+from drillrig_pin.kinematics import Array, configuration_rate, velocity_map_is_identity
+from drillrig_pin.rig import Rig
+from drillrig_pin.stabilization import Correction, no_correction
+from drillrig_pin.statics import Equilibrium
+from drillrig_pin.workspace import Workspace
+
+Formulation = Literal["multipliers", "null_space"]
+
+
+@dataclass(slots=True)
+class Equations:
+    """The index-1 system at one state, eq. (57): M a = p1 + J^T lambda, J a = p2.
+
+    Attributes:
+        M: mass matrix (nv, nv).
+        p1: applied generalised forces less bias, Q - C v - g (nv).
+        J: constraint Jacobian Phi_q (m, nv).
+        p2: -J_dot v plus the stabilising correction (m).
+        f, f_dot: constraint residuals and rates (m).
+    """
+
+    M: Array
+    p1: Array
+    J: Array
+    p2: Array
+    f: Array
+    f_dot: Array
+
+
+class ForceGroup:
+    """Force elements whose laws are one class: evaluated in one go."""
+
+    def __init__(self, members: list[int], laws: list[Law], where: Array, load: bool) -> None:
+        self.members = members
+        self.load = load
+        self.law = type(laws[0]).stack(laws) if laws[0].stackable else laws[0]
+        index = where[members]
+        contiguous = len(index) == 0 or bool((np.diff(index) == 1).all())
+        self.where: Any = slice(int(index[0]), int(index[-1]) + 1) if contiguous else index
+
+
+class Dynamics:
+    """A rig bound to its equilibrium: evaluates forces, assembles and solves the equations. One per run and thread.
+
+    Args:
+        rig: the rig.
+        equilibrium: state at which cylinders were locked and springs relaxed.
+        loads: names of the loads that act; None: all.
+        formulation: ``multipliers`` (KKT, eq. (57)) or ``null_space`` (multipliers eliminated, eq. (58)).
+        correction: stabilising term of the acceleration constraint.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        equilibrium: Equilibrium,
+        *,
+        loads: frozenset[str] | None = None,
+        formulation: Formulation = "multipliers",
+        correction: Correction = no_correction,
+    ) -> None:
+        self.rig = rig
+        self.equilibrium = equilibrium
+        self.formulation = formulation
+        self.correction = correction
+        self.forces: tuple[Element, ...] = tuple(
+            e for e in rig.forces if not e.load or loads is None or e.name in loads
+        )
+        self.space = Workspace(rig, self.forces)
+        self.laws = [
+            e.bind(equilibrium.x0.get(e.name, 0.0), equilibrium.held.get(e.name, 0.0)) for e in self.forces
+        ]
+        self.groups = self._group()
+        self.targets = equilibrium.assembly.targets
+        self.redundant = bool(equilibrium.assembly.redundant)
+        self.F = np.zeros(len(self.forces))
+        self.x = self.space.x
+        self.x_dot = np.zeros(len(self.forces))
+        self.equations: Equations
+        self.a = np.zeros(rig.model.nv)
+        self.multipliers = np.zeros(self.space.m)
+        self._simple = velocity_map_is_identity(rig.model)
+        self._nq, self._nv = rig.model.nq, rig.model.nv
+        self._kkt = np.zeros((self._nv + self.space.m,) * 2, order="F")
+
+    def _group(self) -> list[ForceGroup]:
+        classes: dict[Any, list[int]] = {}
+        for i, (element, law) in enumerate(zip(self.forces, self.laws, strict=True)):
+            key = (type(law), element.load) if law.stackable else (i, element.load)
+            classes.setdefault(key, []).append(i)
+        return [
+            ForceGroup(members, [self.laws[i] for i in members], self.space.index, load)
+            for (_, load), members in classes.items()
+        ]
+
+    @property
+    def size(self) -> int:
+        """Length of the integrated vector: q, v, work of the loads, dissipated work."""
+        return self._nq + self._nv + 2
+
+    def initial(self) -> Array:
+        """The integrated vector at the start."""
+        return np.concatenate([self.equilibrium.assembly.q, self.equilibrium.assembly.v, np.zeros(2)])
+
+    def evaluate_forces(self, t: float, q: Array, v: Array) -> None:
+        """Update the workspace, ``x``, ``x_dot`` and the scalar forces ``F`` at a state."""
+        self.space.update(q, v)
+        np.dot(self.space.rows, v, out=self.x_dot)
+        F, x, x_dot = self.F, self.x, self.x_dot
+        for group in self.groups:
+            where = group.where
+            F[where] = group.law.force(x[where], x_dot[where], t)
+
+    def powers(self) -> tuple[float, float]:
+        """Power of the loads and dissipated power at the state last evaluated [W]."""
+        supplied = lost = 0.0
+        for group in self.groups:
+            where = group.where
+            if group.load:
+                supplied += float(self.F[where] @ self.x_dot[where])
+            else:
+                lost += float(np.add.reduce(group.law.dissipation(self.x[where], self.x_dot[where])))
+        return supplied, lost
+
+    def assemble(self, t: float, q: Array, v: Array) -> Equations:
+        """M by CRBA, bias by RNEA, forces, constraint Jacobian and bias at a state; eqs. (52), (56), (62)."""
+        self.evaluate_forces(t, q, v)
+        space = self.space
+        model, data = self.rig.model, space.kinematics.data
+        M = pin.crba(model, data, q)
+        p1 = self.F @ space.rows - pin.nonLinearEffects(model, data, q, v)
+        f = space.x_constraint - self.targets
+        f_dot = space.J @ v
+        p2 = self.correction(f, f_dot) - space.bias(v) if space.m else f
+        return Equations(M, p1, space.J, p2, f, f_dot)
+
+    def solve(self, equations: Equations) -> tuple[Array, Array]:
+        """Accelerations a (nv) and multipliers lambda (m) of assembled equations, in the chosen formulation."""
+        if self.formulation == "null_space":
+            return solve_null_space(equations)
+        if self.redundant:
+            return solve_least_norm(equations)
+        return solve_multipliers(equations, self._kkt)
+
+    def rate(self, t: float, y: Array) -> Array:
+        """Right-hand side dy/dt of the integrated vector y = (q, v, work in, work dissipated)."""
+        nq, end = self._nq, self._nq + self._nv
+        q, v = y[:nq], y[nq:end]
+        self.equations = self.assemble(t, q, v)
+        a, self.multipliers = self.solve(self.equations)
+        self.a = a
+        rate = np.empty_like(y)
+        rate[:nq] = v if self._simple else configuration_rate(self.rig.model, q, v)
+        rate[nq:end] = a
+        rate[end], rate[end + 1] = self.powers()
+        return rate
+
+    def project(self, y: Array) -> Array:
+        """Put y back onto f = 0 and J v = 0 with the smallest kinetic-energy-weighted change; unit quaternions too."""
+        nq, end = self._nq, self._nq + self._nv
+        q, v = y[:nq], y[nq:end]
+        model, space = self.rig.model, self.space
+        if not self._simple:
+            q = pin.normalize(model, q)
+        y = y.copy()
+        if space.m:
+            M = pin.crba(model, space.kinematics.data, q).copy()
+            space.update(q, v)
+            for _ in range(2):
+                f = space.x_constraint - self.targets
+                if np.abs(f).max() < 1e-15:
+                    break
+                q = pin.integrate(model, q, -_weighted_step(M, space.J, f))
+                space.update(q, v)
+            v = v - _weighted_step(M, space.J, space.J @ v)
+        y[:nq], y[nq:end] = q, v
+        return y
+
+    def switches(self, y: Array) -> Array:
+        """Switching functions of all laws at a state, in a fixed order."""
+        nq, end = self._nq, self._nq + self._nv
+        self.space.update(y[:nq], y[nq:end])
+        x_dot = self.space.rows @ y[nq:end]
+        values = [group.law.switches(self.x[group.where], x_dot[group.where]) for group in self.groups]
+        return np.concatenate([value for value in values if value is not None] or [np.zeros(0)])
+
+    def breakpoints(self) -> Array:
+        """Times at which some law is not smooth."""
+        return np.unique(np.concatenate([np.zeros(0), *(group.law.breakpoints() for group in self.groups)]))
+
+
+def _weighted_step(M: Array, J: Array, f: Array) -> Array:
+    """Smallest step in the metric M with J step = f."""
+    Z = np.linalg.solve(M, J.T)
+    step: Array = Z @ np.linalg.lstsq(J @ Z, f, rcond=RANK)[0]
+    return step
+
+
+def solve_multipliers(equations: Equations, workspace: Array | None = None) -> tuple[Array, Array]:
+    """The saddle-point system [[M, -J^T], [J, 0]] [a; lambda] = [p1; p2], eq. (57).
+
+    Raises:
+        SingularConfigurationError: J has lost rank.
+    """
+    nv, m = len(equations.p1), len(equations.p2)
+    K = np.zeros((nv + m, nv + m), order="F") if workspace is None else workspace
+    K[:nv, :nv] = equations.M
+    if m:
+        K[nv:, :nv] = equations.J
+        K[:nv, nv:] = -equations.J.T
+        K[nv:, nv:] = 0.0
+        right = np.concatenate([equations.p1, equations.p2])
+    else:
+        right = equations.p1
+    _, _, solution, info = dgesv(K, right, overwrite_a=True)
+    if info:
+        raise SingularConfigurationError("the constraints have lost rank at this configuration")
+    return solution[:nv], solution[nv:]
+
+
+def solve_least_norm(equations: Equations) -> tuple[Array, Array]:
+    """As :func:`solve_multipliers` with redundant rows: of all multipliers those of least norm."""
+    M, J = equations.M, equations.J
+    free = np.linalg.solve(M, equations.p1)
+    Z = np.linalg.solve(M, J.T)
+    multipliers: Array = np.linalg.lstsq(J @ Z, equations.p2 - J @ free, rcond=RANK)[0]
+    return free + Z @ multipliers, multipliers
+
+
+def solve_null_space(equations: Equations) -> tuple[Array, Array]:
+    """Multipliers eliminated by R with J R = 0: [R^T M; J] a = [R^T p1; p2], eq. (58).
+
+    R comes from a pivoted QR of J^T, so redundant rows drop out; lambda is recovered with least norm from
+    J^T lambda = M a - p1.
+    """
+    M, J, p1 = equations.M, equations.J, equations.p1
+    if not len(J):
+        return np.linalg.solve(M, p1), np.zeros(0)
+    Q, triangle, pivots = scipy.linalg.qr(J.T, pivoting=True)
+    diagonal = np.abs(np.diag(triangle))
+    rank = int((diagonal > RANK * diagonal[0]).sum()) if diagonal[0] > 0 else 0
+    R, kept = Q[:, rank:], pivots[:rank]
+    a = np.linalg.solve(np.vstack([R.T @ M, J[kept]]), np.concatenate([R.T @ p1, equations.p2[kept]]))
+    multipliers: Array = np.linalg.lstsq(J.T, M @ a - p1, rcond=RANK)[0]
+    return a, multipliers

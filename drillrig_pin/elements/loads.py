@@ -1,0 +1,269 @@
+"""Loads given over time: the drilling force F_G(t) and torque M_G(t) of [Tram2023] eqs. (11)-(22)."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from drillrig_pin.coordinates import Coordinate, Slide, Turn
+from drillrig_pin.elements.base import Element, Law, Resolver
+from drillrig_pin.elements.fields import Direction, Name, quantity, reference
+from drillrig_pin.errors import ModelError, legal_names
+from drillrig_pin.kinematics import Array, world_point
+from drillrig_pin.model.nodes import Node
+
+#: A step in a table longer than this many times its usual step is a gap in the measurement.
+GAP = 10.0
+
+
+@dataclass(frozen=True, slots=True)
+class HarmonicLaw(Law):
+    """F(t) = r(t) (mean + sum_i A_i sin(2 pi f_i t + phi_i)),  r = 6 s^5 - 15 s^4 + 10 s^3 with s = t / ramp up to 1."""
+
+    stackable: ClassVar[bool] = True
+
+    mean: Any
+    ramp: Any
+    amplitude: Any
+    frequency: Any
+    phase: Any
+
+    def force(self, x: Array, xdot: Array, t: float) -> Array:
+        """F(t) [N or N m]."""
+        waves = self.amplitude * np.sin((2 * math.pi * t) * self.frequency + self.phase)
+        series = self.mean + np.add.reduce(waves, axis=-1)
+        if t >= np.max(self.ramp):
+            return series  # type: ignore[no-any-return]
+        s = np.minimum(t / self.ramp, 1.0)
+        return (s * s * s * (10.0 + s * (6.0 * s - 15.0))) * series  # type: ignore[no-any-return]
+
+    def breakpoints(self) -> Array:
+        """The end of the ramp."""
+        return np.atleast_1d(np.asarray(self.ramp, dtype=float))
+
+    @classmethod
+    def stack(cls, laws: Sequence[Self]) -> Self:
+        """Pad the terms to the longest series: a term of no amplitude adds nothing."""
+        terms = max(len(law.amplitude) for law in laws)
+
+        def padded(name: str) -> Array:
+            return np.array([[*getattr(law, name), *[0.0] * (terms - len(law.amplitude))] for law in laws])
+
+        return cls(
+            np.array([law.mean for law in laws]),
+            np.array([law.ramp for law in laws]),
+            padded("amplitude"),
+            padded("frequency"),
+            padded("phase"),
+        )
+
+
+class TableLaw(Law):
+    """F(t) through the samples of a measurement by a cubic spline (not-a-knot)."""
+
+    def __init__(self, time: Array, value: Array) -> None:
+        from scipy.interpolate import CubicSpline
+
+        self.time = time
+        self._spline = CubicSpline(time, value)
+
+    def force(self, x: Array, xdot: Array, t: float) -> Array:
+        """F(t) [N or N m]; outside the table its end values are kept (a run that long is refused beforehand)."""
+        return np.atleast_1d(self._spline(min(max(t, self.time[0]), self.time[-1])))
+
+    def breakpoints(self) -> Array:
+        """Every sample: the spline's third derivative jumps there."""
+        return self.time
+
+
+class _LoadLaw(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Constant(_LoadLaw):
+    """A value that is reached after a smooth ramp."""
+
+    tag: ClassVar[str] = "constant"
+
+    value: float = quantity("N or N*m", "value")
+    ramp: float = quantity("s", "time of the smooth start from zero", default=0.0, ge=0)
+
+    def law(self) -> Law:
+        """A series without terms."""
+        return HarmonicLaw(self.value, max(self.ramp, 1e-300), (), (), ())
+
+
+class Term(_LoadLaw):
+    """One sine of the series."""
+
+    tag: ClassVar[str] = "term"
+
+    amplitude: float = quantity("N or N*m", "amplitude A")
+    frequency: float = quantity("Hz", "frequency f", ge=0)
+    phase: float = quantity("rad", "phase phi", default=0.0)
+
+
+class Harmonics(_LoadLaw):
+    """Mean plus sines, r(t) (mean + sum A sin(2 pi f t + phi)), after a smooth ramp; holds `<term>` children."""
+
+    tag: ClassVar[str] = "harmonics"
+
+    mean: float = quantity("N or N*m", "mean value", default=0.0)
+    ramp: float = quantity("s", "time of the smooth start from zero", default=0.0, ge=0)
+    terms: tuple[Term, ...] = ()
+
+    def law(self) -> Law:
+        """The series."""
+        terms = self.terms
+        return HarmonicLaw(
+            self.mean,
+            max(self.ramp, 1e-300),
+            tuple(term.amplitude for term in terms),
+            tuple(term.frequency for term in terms),
+            tuple(term.phase for term in terms),
+        )
+
+
+class Table(_LoadLaw):
+    """Samples of a measurement, `time,value` a line, in a CSV file beside the model or as text of the element."""
+
+    tag: ClassVar[str] = "table"
+
+    file: str = reference("CSV file beside the model; its text is kept in the expanded model", default="")
+    scale: float = quantity("-", "factor on all values", default=1.0)
+    samples: tuple[tuple[float, float], ...] = ()
+
+    def law(self) -> Law:
+        """Spline through the samples."""
+        table = np.array(self.samples)
+        return TableLaw(table[:, 0], self.scale * table[:, 1])
+
+
+def read_samples(text: str, where: object) -> tuple[tuple[float, float], ...]:
+    """Parse `time,value` lines; a first line of words is a header.
+
+    Raises:
+        ModelError: a missing or non-finite value, time that does not increase, a gap, fewer than four samples.
+    """
+    samples: list[tuple[float, float]] = []
+    for number, row in enumerate(csv.reader(text.strip().splitlines()), start=1):
+        if not row or row[0].lstrip().startswith("#"):
+            continue
+        try:
+            if len(row) != 2:
+                raise ValueError
+            t, value = float(row[0]), float(row[1])
+        except ValueError:
+            if not samples and number == 1:
+                continue
+            raise ModelError(
+                f"line {number} of the load table is not `time,value`: {','.join(row)[:60]!r}",
+                where=where,
+                todo="Fill or remove the line.",
+            ) from None
+        if not (math.isfinite(t) and math.isfinite(value)):
+            raise ModelError(f"line {number} of the load table is not finite", where=where, todo="Fill or remove it.")
+        if samples and t <= samples[-1][0]:
+            raise ModelError(f"time does not increase at line {number} of the load table", where=where)
+        samples.append((t, value))
+    if len(samples) < 4:
+        raise ModelError("the load table has fewer than four samples", where=where)
+    steps = np.diff([t for t, _ in samples])
+    widest = int(np.argmax(steps))
+    if steps[widest] > GAP * np.median(steps):
+        raise ModelError(
+            f"the load table has a gap from t = {samples[widest][0]:g} to {samples[widest + 1][0]:g} s",
+            where=where,
+            todo="Fill it, or use a table without it.",
+        )
+    return tuple(samples)
+
+
+LAWS: dict[str, type[Constant | Harmonics | Table]] = {cls.tag: cls for cls in (Constant, Harmonics, Table)}
+
+
+class Load(Element):
+    """Force at a point, or torque on its link, along an axis fixed in the link or in the world.
+
+    Its child is exactly one of `<constant>`, `<harmonics>` and `<table>`.
+    """
+
+    tag: ClassVar[str] = "load"
+    load: ClassVar[bool] = True
+
+    kind: Literal["force", "torque"] = reference("force at the point, or torque on its link")
+    point: Name = reference("where it acts")
+    axis: Direction = quantity("-", "its direction")
+    frame: Literal["body", "world"] = reference("whose axes the direction is given in", default="body")
+    law: Constant | Harmonics | Table
+
+    @classmethod
+    def from_node(cls, node: Node) -> Self:
+        """Attributes from the element, the law from its child."""
+        children = [child for child in node.children if child.tag in LAWS]
+        wrong = next((child for child in node.children if child.tag not in LAWS), None)
+        if wrong is not None:
+            raise ModelError(
+                f"<{wrong.tag}> does not belong in a load", where=wrong.source, todo=legal_names(wrong.tag, LAWS, "laws")
+            )
+        if len(children) != 1:
+            raise ModelError(
+                f"a load needs exactly one of <{'>, <'.join(LAWS)}>, this one has {len(children)}", where=node.source
+            )
+        return cls.model_validate({**node.attributes, "law": _law_from(children[0])})
+
+    @cached_property
+    def bound(self) -> Law:
+        """The law, which needs no initial state."""
+        return self.law.law()
+
+    def coordinate(self, resolver: Resolver) -> Coordinate:
+        """Along the axis at the point, or about it."""
+        point = resolver.point(self.point)
+        direction = resolver.direction(self.point, self.axis, self.frame)
+        if self.kind == "torque":
+            return Turn(point.joint, direction)
+        return Slide(point, direction, world_point())
+
+    def bind(self, x0: float, held: float) -> Law:
+        """Nothing depends on the initial state."""
+        return self.bound
+
+    def end_of_table(self) -> float:
+        """Time up to which the load is known [s]."""
+        return self.law.samples[-1][0] if isinstance(self.law, Table) else math.inf
+
+    def start_of_table(self) -> float:
+        """Time from which the load is known [s]."""
+        return self.law.samples[0][0] if isinstance(self.law, Table) else -math.inf
+
+
+def _law_from(node: Node) -> Constant | Harmonics | Table:
+    values: dict[str, Any] = dict(node.attributes)
+    if node.tag == "harmonics":
+        values["terms"] = tuple(_term(child) for child in node.children)
+    if node.tag == "table":
+        values["samples"] = read_samples(node.text, node.attributes.get("file") or node.source)
+    return _validated(LAWS[node.tag], values, node)
+
+
+def _term(node: Node) -> Term:
+    if node.tag != "term":
+        raise ModelError(f"<{node.tag}> does not belong in <harmonics>", where=node.source, todo="Legal: term.")
+    return _validated(Term, dict(node.attributes), node)
+
+
+def _validated(cls: Any, values: dict[str, Any], node: Node) -> Any:
+    from drillrig_pin.elements.problems import model_error
+
+    try:
+        return cls.model_validate(values)
+    except ValidationError as error:
+        raise model_error(error, cls, node) from None

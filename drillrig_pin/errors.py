@@ -1,0 +1,126 @@
+"""What can go wrong, said once for every layer: what happened, where, what to do.
+
+Everything the package raises on purpose derives from :class:`DrillrigError`, so a caller needs one ``except``.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import Enum
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """A place in a file a person can open: ``file`` and 1-based ``line`` (0: the file as a whole)."""
+
+    file: str
+    line: int = 0
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}" if self.line else self.file
+
+
+class DrillrigError(Exception):
+    """Base of all errors of this package.
+
+    Args:
+        what: one sentence about what is wrong, without a full stop.
+        where: the file and line, element, joint or time it concerns.
+        todo: one sentence about what to do.
+    """
+
+    def __init__(self, what: str, *, where: object = None, todo: str = "") -> None:
+        self.what = what
+        self.where = where
+        self.todo = todo
+        super().__init__(what, where, todo)
+
+    def __str__(self) -> str:
+        place = f"{self.where}: " if self.where is not None else ""
+        advice = f" {self.todo}" if self.todo else ""
+        return f"{place}{self.what}.{advice}"
+
+
+class ModelError(DrillrigError):
+    """The model file, its arguments or its elements cannot be used."""
+
+
+class ScenarioError(DrillrigError):
+    """The scenario is not valid, or does not fit the model."""
+
+
+class AssemblyError(DrillrigError):
+    """No configuration near the nominal one satisfies the constraints."""
+
+
+class SimulationError(DrillrigError):
+    """The equations cannot be solved at the given state."""
+
+
+class SingularConfigurationError(SimulationError):
+    """The constraint Jacobian has lost rank: the multipliers are no longer determined."""
+
+
+class ResultFileError(DrillrigError):
+    """A result file cannot be read or written."""
+
+
+def legal_names(given: str, legal: Iterable[str], kind: str) -> str:
+    """Advice for a misspelt name: the nearest legal one first, then all of them."""
+    names = sorted(legal)
+    near = difflib.get_close_matches(given, names, n=1, cutoff=0.6)
+    hint = f"Did you mean {near[0]!r}? " if near else ""
+    return f"{hint}Legal {kind}: {', '.join(names) if names else 'none'}."
+
+
+class Status(Enum):
+    """How a run ended: a short word, a message and an advice."""
+
+    COMPLETED = ("completed", "the run reached its end", "")
+    INTERRUPTED = ("interrupted", "the run was stopped by the user", "What was computed so far is kept.")
+    DIVERGED = (
+        "diverged",
+        "the motion left the range of finite numbers or of the oil's law",
+        "Look at the last samples; try a smaller step or tolerance, or softer loads.",
+    )
+    STEP_TOO_SMALL = (
+        "step too small",
+        "the integrator could not meet its tolerance with any step",
+        "Try integrator.method: Radau, or a looser tolerance.",
+    )
+    SINGULAR = (
+        "singular configuration",
+        "the constraints lost rank during the motion",
+        "Look at the named rows; another pose or fewer held axes avoids it.",
+    )
+
+    def __init__(self, word: str, message: str, advice: str) -> None:
+        self.word = word
+        self.message = message
+        self.advice = advice
+
+    def __repr__(self) -> str:
+        return f"<Status {self.word}: {self.message}. {self.advice}>".replace(" >", ">")
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """The status of one run with the time it ended and, if it stopped early, the cause."""
+
+    status: Status
+    time: float
+    steps: int
+    cause: str = ""
+
+    @property
+    def completed(self) -> bool:
+        """True when the run reached its end."""
+        return self.status is Status.COMPLETED
+
+    def __str__(self) -> str:
+        text = f"{self.status.word} at t = {self.time:.6g} s after {self.steps} steps"
+        if self.cause:
+            text += f": {self.cause}"
+        return f"{text}. {self.status.advice}".rstrip() if not self.completed else text

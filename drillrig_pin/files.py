@@ -1,0 +1,45 @@
+"""Where the shipped models and scenarios live, and how a file is written so that no half of it is ever seen."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+MODEL_SUFFIXES = (".urdf.xacro", ".xacro", ".urdf")
+
+
+def shipped_folder() -> Path:
+    """The ``urdf`` folder: inside an installed package, or at the top level of a checkout."""
+    package = Path(__file__).resolve().parent
+    inside = package / "urdf"
+    return inside if inside.is_dir() else package.parent / "urdf"
+
+
+def shipped_models() -> dict[str, Path]:
+    """Shipped models by name, e.g. ``mkz49``."""
+    return {path.name.removesuffix(".urdf.xacro"): path for path in sorted(shipped_folder().glob("*.urdf.xacro"))}
+
+
+def shipped_scenarios() -> dict[str, Path]:
+    """Shipped scenarios by name, e.g. ``hole_9``."""
+    return {path.stem: path for path in sorted((shipped_folder() / "scenarios").glob("*.yaml"))}
+
+
+@contextlib.contextmanager
+def write_aside(target: Path) -> Iterator[Path]:
+    """Give a temporary path beside ``target``; rename it onto ``target`` if the block succeeds, else remove it."""
+    target = Path(target)
+    descriptor, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
+    os.close(descriptor)
+    aside = Path(name)
+    try:
+        yield aside
+        umask = os.umask(0)
+        os.umask(umask)
+        aside.chmod(0o666 & ~umask)
+        aside.replace(target)
+    finally:
+        aside.unlink(missing_ok=True)

@@ -1,0 +1,266 @@
+"""Step through time: SciPy's integrators and a fixed-step RK4 behind one loop.
+
+Every sample is the end of an accepted step (one-step methods) or a value of the integrator's own interpolant (LSODA).
+Breakpoints of the laws and their switches always end a step, so no kink of a load or contact is stepped over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from scipy.integrate import DOP853, LSODA, DenseOutput, OdeSolver, Radau
+from scipy.interpolate import CubicHermiteSpline
+from scipy.optimize import brentq
+
+from drillrig_pin.errors import Status
+from drillrig_pin.kinematics import Array
+
+#: Points inside a step at which switching functions are looked at, as fractions: a short contact is not missed.
+LOOKS = (0.25, 0.5, 0.75, 1.0)
+#: How exactly a switch is located [s].
+SWITCH_TIME = 1e-13
+
+
+class System(Protocol):
+    """What can be integrated."""
+
+    def rate(self, t: float, y: Array) -> Array:
+        """dy/dt."""
+
+    def project(self, y: Array) -> Array:
+        """y put back onto its constraints."""
+
+    def switches(self, y: Array) -> Array:
+        """Functions whose sign changes mark a kink."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Method and step control; ``atol`` may differ by component."""
+
+    method: str
+    step: float
+    rtol: float
+    atol: Array
+    max_step: float
+    projection: bool
+
+
+class StoppedError(Exception):
+    """The integration cannot go on; carries the status, the time reached and the cause."""
+
+    def __init__(self, status: Status, time: float, cause: str) -> None:
+        super().__init__(status, time, cause)
+        self.status, self.time, self.cause = status, time, cause
+
+
+class RK4(OdeSolver):  # type: ignore[misc]
+    """Classical fourth-order Runge-Kutta with a fixed step, shortened only to land on the bound."""
+
+    def __init__(self, fun: Any, t0: float, y0: Array, t_bound: float, *, step: float) -> None:
+        super().__init__(fun, t0, y0, t_bound, vectorized=False)
+        self.h = step
+        self.f = self.fun(t0, y0)
+
+    def _step_impl(self) -> tuple[bool, str | None]:
+        rest = self.t_bound - self.t
+        # A rest of one and a bit steps is split evenly rather than leaving a sliver.
+        h = rest / np.ceil(rest / self.h - 1e-9) if rest > 0 else rest
+        t, y, k1, fun = self.t, self.y, self.f, self.fun
+        k2 = fun(t + h / 2, y + h / 2 * k1)
+        k3 = fun(t + h / 2, y + h / 2 * k2)
+        k4 = fun(t + h, y + h * k3)
+        self.f_old = k1
+        self.y = y + h / 6 * (k1 + 2 * (k2 + k3) + k4)
+        self.t = self.t_bound if h == rest else t + h
+        self.f = fun(self.t, self.y)
+        return True, None
+
+    def _dense_output_impl(self) -> DenseOutput:
+        curve = CubicHermiteSpline([self.t_old, self.t], [self.y_old, self.y], [self.f_old, self.f])
+        output = DenseOutput(self.t_old, self.t)
+        output._call_impl = curve
+        return output
+
+    @property
+    def y_old(self) -> Array:
+        """State at the start of the last step."""
+        h = self.t - self.t_old
+        return self._y_before if h else self.y
+
+    def step(self) -> str | None:
+        """One step, remembering where it started."""
+        self._y_before = self.y
+        message: str | None = super().step()
+        return message
+
+
+def integrate(
+    system: System, y0: Array, samples: Array, breakpoints: Array, settings: Settings, counter: Counter
+) -> Iterator[tuple[float, Array]]:
+    """Yield (t, y) at every sample; ``system.rate(t, y)`` was then the last thing evaluated.
+
+    Args:
+        system: right-hand side, projection, switches.
+        y0: state at ``samples[0]``.
+        samples: increasing times.
+        breakpoints: further times at which a step must end.
+        settings: method and tolerances.
+        counter: counts accepted steps and evaluations.
+
+    Raises:
+        StoppedError: tolerance not reachable, or the state is no longer finite.
+    """
+    system.rate(samples[0], y0)
+    yield float(samples[0]), y0
+    inner = breakpoints[(breakpoints > samples[0]) & (breakpoints < samples[-1])]
+    if settings.method == "LSODA":
+        yield from _multistep(system, y0, samples, inner, settings, counter)
+    else:
+        yield from _one_step(system, y0, samples, inner, settings, counter)
+
+
+@dataclass
+class Counter:
+    """What an integration cost."""
+
+    steps: int = 0
+    evaluations: int = 0
+    switches: int = 0
+
+
+def _solver(system: System, t: float, y: Array, bound: float, settings: Settings, first: float | None = None) -> Any:
+    if settings.method == "RK4":
+        return RK4(system.rate, t, y, bound, step=settings.step)
+    cls = {"DOP853": DOP853, "Radau": Radau, "LSODA": LSODA}[settings.method]
+    first = None if first is None else min(first, bound - t)
+    return cls(
+        system.rate, t, y, bound, rtol=settings.rtol, atol=settings.atol, max_step=settings.max_step, first_step=first
+    )
+
+
+def _advance(solver: Any, counter: Counter) -> None:
+    """One accepted step, or StoppedError."""
+    before = solver.nfev
+    message = solver.step()
+    counter.evaluations += solver.nfev - before
+    if solver.status == "failed":
+        raise StoppedError(Status.STEP_TOO_SMALL, float(solver.t), " ".join((message or "").split()))
+    if not np.isfinite(solver.y).all():
+        raise StoppedError(Status.DIVERGED, float(solver.t), "the state is not a finite number any more")
+    counter.steps += 1
+
+
+def _one_step(
+    system: System, y0: Array, samples: Array, inner: Array, settings: Settings, counter: Counter
+) -> Iterator[tuple[float, Array]]:
+    stops = np.unique(np.concatenate([samples, inner]))
+    # Breakpoints that all but coincide with a sample would leave steps of rounding size.
+    stops = stops[np.concatenate([[True], np.diff(stops) > 1e-12])]
+    is_sample = np.isin(stops, samples)
+    if not is_sample.sum() == len(samples):
+        stops, is_sample = samples, np.ones(len(samples), dtype=bool)
+    watch = _Watch(system, y0)
+    solver = _solver(system, float(stops[0]), y0, float(stops[1]), settings)
+    for stop, sampled in zip(stops[1:].tolist(), is_sample[1:].tolist(), strict=True):
+        solver.t_bound, solver.status = stop, "running"
+        while solver.status == "running":
+            t_old, y_old = solver.t, solver.y
+            _advance(solver, counter)
+            event = watch.crossed(solver) if watch.active else None
+            if event is not None and event < solver.t:
+                # Take the step again so that it ends on the switch, and start afresh behind it.
+                solver = _solver(system, t_old, y_old, event, settings, first=event - t_old)
+                while solver.status == "running":
+                    _advance(solver, counter)
+                y = system.project(solver.y) if settings.projection else solver.y
+                solver = _solver(system, event, y, stop, settings)
+                watch.settle()
+                counter.switches += 1
+                continue
+            if settings.projection:
+                solver.y = system.project(solver.y)
+                solver.f = system.rate(solver.t, solver.y)
+                counter.evaluations += 1
+        if sampled:
+            if settings.method == "Radau" or watch.active:
+                system.rate(solver.t, solver.y)
+            yield float(solver.t), solver.y
+
+
+def _multistep(
+    system: System, y0: Array, samples: Array, inner: Array, settings: Settings, counter: Counter
+) -> Iterator[tuple[float, Array]]:
+    watch = _Watch(system, y0)
+    t, y, next_sample = float(samples[0]), y0, 1
+    for bound in [*inner.tolist(), float(samples[-1])]:
+        solver = _solver(system, t, y, bound, settings)
+        while solver.status == "running":
+            t_old = solver.t
+            _advance(solver, counter)
+            curve, end = solver.dense_output(), solver.t
+            event = watch.crossed(solver) if watch.active else None
+            if event is not None and event < end:
+                end = event
+            while next_sample < len(samples) and samples[next_sample] <= end:
+                t = float(samples[next_sample])
+                y = curve(t) if t < solver.t else solver.y
+                system.rate(t, y)
+                yield t, y
+                next_sample += 1
+            if event is not None and t_old < event < solver.t:
+                # The history before a switch says nothing about what comes behind it.
+                solver = _solver(system, event, curve(event), bound, settings)
+                watch.settle()
+                counter.switches += 1
+        t, y = float(solver.t), solver.y
+
+
+class _Watch:
+    """Remembers the signs of the switching functions and finds where one changes."""
+
+    def __init__(self, system: System, y: Array) -> None:
+        self._system = system
+        self._signs = system.switches(y) > 0
+        self._next = self._signs
+        self.active = bool(self._signs.size)
+
+    def crossed(self, solver: Any) -> float | None:
+        """Time just behind the first sign change within the solver's last step, or None."""
+        t_old, t = solver.t_old, solver.t
+        curve = solver.dense_output()
+        left = t_old
+        for fraction in LOOKS:
+            right = t if fraction == 1.0 else t_old + fraction * (t - t_old)
+            signs = self._system.switches(curve(right)) > 0
+            changed = np.flatnonzero(signs != self._signs)
+            if changed.size:
+                times = [self._root(curve, int(i), left, right) for i in changed]
+                first = int(np.argmin(times))
+                self._next = self._signs.copy()
+                self._next[changed[first]] = signs[changed[first]]
+                return min(times[first] + 2 * SWITCH_TIME, t) if t - times[first] > 4 * SWITCH_TIME else self._pass(t)
+            left = right
+        return None
+
+    def _pass(self, t: float) -> float:
+        """The change lies at the very end of the step: nothing to take again."""
+        self._signs = self._next
+        return t
+
+    def settle(self) -> None:
+        """The integration now stands behind the switch found last."""
+        self._signs = self._next
+
+    def _root(self, curve: Any, index: int, left: float, right: float) -> float:
+        def value(t: float) -> float:
+            return float(self._system.switches(curve(t))[index])
+
+        if value(left) * value(right) > 0:
+            # The start already lies on the new side by rounding: the switch was at the start.
+            return left
+        root: float = brentq(value, left, right, xtol=SWITCH_TIME)
+        return root

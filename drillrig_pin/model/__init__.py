@@ -1,0 +1,1 @@
+"""From a file people edit to a URDF text and a list of extension elements. Knows no element class and no physics."""

@@ -1,0 +1,161 @@
+"""A model file, read: the expanded URDF text, the extension elements beside it, the parameters with their sources."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from xml.dom import minidom
+
+from drillrig_pin.errors import ModelError, legal_names
+from drillrig_pin.files import MODEL_SUFFIXES, shipped_models
+from drillrig_pin.model.expand import expand
+from drillrig_pin.model.nodes import MAX_BYTES, Node, parse_bytes, short_path, take_nodes
+
+BLOCK = "drillrig"
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One number of the model: the value in force, its default, unit, source and meaning."""
+
+    name: str
+    value: str
+    default: str
+    unit: str
+    source: str
+    text: str
+
+    @property
+    def changed(self) -> bool:
+        """True when the value in force was given by the user."""
+        return self.value != self.default
+
+    @property
+    def assumed(self) -> bool:
+        """True when the number is printed in no source: everybody who meets it is told so."""
+        return not self.changed and self.source.startswith("assumed")
+
+
+@dataclass(frozen=True, slots=True)
+class ModelFile:
+    """The immutable content of one design.
+
+    Attributes:
+        name: the robot's name.
+        path: the file it came from, as a person would type it.
+        text: the expanded, self-contained XML (no xacro, no other file needed).
+        root: the same as nodes that know their file and line.
+        arguments: the arguments the user gave.
+        declared: all arguments the file takes.
+    """
+
+    name: str
+    path: str
+    text: str
+    root: Node
+    arguments: dict[str, Any]
+    declared: frozenset[str]
+
+    def elements(self) -> Iterator[Node]:
+        """The extension elements of all ``<drillrig>`` blocks, in file order."""
+        for block in self.root.named(BLOCK):
+            yield from block.children
+
+    def parameters(self) -> dict[str, Parameter]:
+        """The parameter table the file carries, by name."""
+        keys = ("name", "value", "default", "unit", "source", "text")
+        table = {}
+        for node in self.elements():
+            if node.tag == "parameter":
+                row = Parameter(*(node.attributes.get(key, "") for key in keys))
+                table[row.name] = row
+        return table
+
+
+def read_model(path_or_name: str | Path, arguments: Mapping[str, Any] | None = None) -> ModelFile:
+    """Read a model by path or by the name of a shipped one.
+
+    Raises:
+        ModelError: no such model, malformed file, unknown argument, unreadable load table.
+    """
+    arguments = dict(arguments or {})
+    path = find_model(path_or_name)
+    document, declared = expand(path, arguments)
+    return _model_file(document, short_path(path), path.parent, arguments, declared)
+
+
+def read_model_text(text: str, name: str = "<text>", folder: Path | None = None) -> ModelFile:
+    """Read a model from URDF text that needs no xacro, e.g. the one stored in a result file."""
+    return _model_file(parse_bytes(text.encode(), name), name, folder or Path(), {}, frozenset())
+
+
+def find_model(path_or_name: str | Path) -> Path:
+    """The file a model name or path stands for; ModelError with the legal names if there is none."""
+    path = Path(path_or_name)
+    if path.suffix in (".xacro", ".urdf") or path.parent != Path():
+        if not path.is_file():
+            raise ModelError("no such model file", where=str(path), todo="Check the path.")
+        return path
+    models = shipped_models()
+    if path.name in models:
+        return models[path.name]
+    if path.is_file():
+        raise ModelError(f"a model file ends in {' or '.join(MODEL_SUFFIXES)}", where=str(path), todo="Rename it.")
+    raise ModelError(
+        f"no model named {path.name!r}",
+        todo=legal_names(path.name, models, "models") + " A file of your own is given by its path.",
+    )
+
+
+def _model_file(
+    document: minidom.Document, path: str, folder: Path, arguments: dict[str, Any], declared: frozenset[str]
+) -> ModelFile:
+    element = document.documentElement
+    if element.tagName != "robot":
+        raise ModelError(f"the root element is <{element.tagName}>, not <robot>", where=path)
+    for table in element.getElementsByTagName("table"):
+        _inline(table, document, folder)
+    _drop_comments(element)
+    root = take_nodes(element)
+    text = '<?xml version="1.0"?>\n' + "\n".join(
+        line for line in element.toprettyxml(indent="  ").splitlines() if line.strip()
+    )
+    return ModelFile(element.getAttribute("name") or "robot", path, text + "\n", root, arguments, declared)
+
+
+def _drop_comments(element: minidom.Element) -> None:
+    """Comments speak of the source files; the expanded text is compared, hashed and stored without them."""
+    for child in list(element.childNodes):
+        if child.nodeType == child.COMMENT_NODE:
+            element.removeChild(child)
+        elif child.nodeType == child.ELEMENT_NODE:
+            _drop_comments(child)
+
+
+def _inline(table: minidom.Element, document: minidom.Document, folder: Path) -> None:
+    """Replace a reference to a CSV file by its text, so that the expanded model stands alone."""
+    name = table.getAttribute("file")
+    if not name or table.firstChild is not None:
+        return
+    path = folder / name
+    if not path.resolve().is_relative_to(folder.resolve()):
+        # A model may come from anywhere; it must not be able to name any file of this machine.
+        raise ModelError(
+            f"the load table {name!r} lies outside the model's folder",
+            where=short_path(folder),
+            todo="Put it beside the model file.",
+        )
+    try:
+        with path.open("rb") as stream:
+            raw = stream.read(MAX_BYTES + 1)
+        if len(raw) > MAX_BYTES:
+            raise ModelError(f"the load table is larger than {MAX_BYTES // 1_000_000} MB", where=short_path(path))
+        text = raw.decode()
+    except OSError as error:
+        raise ModelError(f"the load table cannot be read ({error.strerror})", where=short_path(path)) from None
+    except UnicodeDecodeError:
+        raise ModelError("the load table is not text in UTF-8", where=short_path(path)) from None
+    table.appendChild(document.createTextNode("\n" + text.strip() + "\n"))
+

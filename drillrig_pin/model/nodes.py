@@ -1,0 +1,124 @@
+"""XML that remembers where it came from.
+
+A model is written in several files and expanded by xacro, after which line numbers are gone. Every plain element is
+therefore stamped with its file and line while it is parsed; xacro copies the stamp along with the element, and
+:func:`take_nodes` removes it again and keeps it beside the element.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+from xml.dom import minidom
+from xml.parsers.expat import ExpatError
+
+from defusedxml.common import DefusedXmlException
+from defusedxml.expatbuilder import DefusedExpatBuilderNS
+
+from drillrig_pin.errors import ModelError, Source
+
+STAMP = "drillrig-source"
+MAX_BYTES = 20_000_000
+MAX_DEPTH = 200
+MAX_ELEMENTS = 200_000
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """One element of the expanded file: tag, attributes as written, children, text and origin."""
+
+    tag: str
+    attributes: dict[str, str]
+    children: tuple[Node, ...] = ()
+    text: str = ""
+    source: Source = field(default=Source("<model>"))
+
+    def named(self, tag: str) -> Iterator[Node]:
+        """Children with this tag, in file order."""
+        return (child for child in self.children if child.tag == tag)
+
+
+class _StampingBuilder(DefusedExpatBuilderNS):  # type: ignore[misc]
+    """Builds a DOM whose plain elements carry ``file:line``; refuses DTDs, entities and absurd nesting."""
+
+    def __init__(self, file: str) -> None:
+        super().__init__(forbid_dtd=True, forbid_entities=True, forbid_external=True)
+        self._file = file
+        self._depth = 0
+        self._count = 0
+
+    def start_element_handler(self, name: str, attributes: Any) -> None:
+        super().start_element_handler(name, attributes)
+        self._depth += 1
+        self._count += 1
+        if self._depth > MAX_DEPTH or self._count > MAX_ELEMENTS:
+            raise ModelError(
+                f"the file nests deeper than {MAX_DEPTH} elements or holds more than {MAX_ELEMENTS}",
+                where=self._file,
+                todo="Such a file is refused because it would exhaust the memory.",
+            )
+        element = self.curNode
+        if not element.tagName.startswith("xacro:"):
+            element.setAttribute(STAMP, f"{self._file}:{self.getParser().CurrentLineNumber}")
+
+    def end_element_handler(self, name: str) -> None:
+        self._depth -= 1
+        super().end_element_handler(name)
+
+
+def parse_bytes(text: bytes, file: str) -> minidom.Document:
+    """Parse XML bytes into a stamped DOM.
+
+    Raises:
+        ModelError: the bytes are not well-formed XML, are too large, or hold a DTD or entity.
+    """
+    if len(text) > MAX_BYTES:
+        raise ModelError(f"the file is larger than {MAX_BYTES // 1_000_000} MB", where=file)
+    try:
+        document = _StampingBuilder(file).parseString(text)
+    except ExpatError as error:
+        raise ModelError(f"not well-formed XML ({error})", where=Source(file, error.lineno)) from None
+    except DefusedXmlException:
+        raise ModelError(
+            "the file declares a DTD or an entity", where=file, todo="Remove it: a model needs neither."
+        ) from None
+    except (ValueError, UnicodeError, LookupError) as error:
+        raise ModelError(f"not readable as XML ({error})", where=file) from None
+    if document.documentElement is None:
+        raise ModelError("the file holds no XML element", where=file)
+    return document  # type: ignore[no-any-return]
+
+
+def parse_file(path: str | os.PathLike[str]) -> minidom.Document:
+    """Parse an XML file into a stamped DOM; errors as :func:`parse_bytes`."""
+    try:
+        with Path(path).open("rb") as stream:
+            text = stream.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise ModelError(
+            f"cannot be read ({error.strerror})", where=str(path), todo="Check the path and its permissions."
+        ) from None
+    return parse_bytes(text, short_path(path))
+
+
+def short_path(path: str | os.PathLike[str]) -> str:
+    """The path as a person would type it: relative to the working directory where that is shorter."""
+    absolute = os.path.abspath(path)
+    relative = os.path.relpath(absolute)
+    return relative if len(relative) < len(absolute) else absolute
+
+
+def take_nodes(element: minidom.Element) -> Node:
+    """Turn a stamped DOM element into a :class:`Node`, removing the stamps from the DOM on the way."""
+    stamp = element.getAttribute(STAMP)
+    source = Source("<model>")
+    if stamp:
+        element.removeAttribute(STAMP)
+        file, _, line = stamp.rpartition(":")
+        source = Source(file, int(line))
+    children = tuple(take_nodes(child) for child in element.childNodes if child.nodeType == child.ELEMENT_NODE)
+    text = "".join(child.data for child in element.childNodes if child.nodeType == child.TEXT_NODE).strip()
+    return Node(element.tagName, dict(element.attributes.items()), children, text, source)

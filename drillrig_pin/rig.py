@@ -1,0 +1,265 @@
+"""The rig: a tree, points on it, forces and constraints between them. Immutable; every run makes its own workspace."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+from pydantic import BaseModel, ValidationError
+
+from drillrig_pin.constraints import CONSTRAINTS, Constraint, Row
+from drillrig_pin.coordinates import JointCoordinate
+from drillrig_pin.declarations import DECLARATIONS, Gravity, Point, Pose
+from drillrig_pin.elements.base import Element
+from drillrig_pin.elements.problems import model_error
+from drillrig_pin.elements.registry import FORCES, force_class, plugin_tags
+from drillrig_pin.errors import ModelError, ScenarioError, Source, legal_names
+from drillrig_pin.kinematics import Anchor, Array
+from drillrig_pin.model.modelfile import ModelFile, read_model, read_model_text
+from drillrig_pin.model.nodes import Node
+from drillrig_pin.model.urdfcheck import Problem, check_urdf
+
+
+@dataclass(frozen=True)
+class Rig:
+    """One design, ready to be simulated.
+
+    Attributes:
+        name: the robot's name.
+        file: the model file, expanded, with its parameter table.
+        model: Pinocchio model; never changed after loading.
+        points: named points.
+        forces: force elements in file order.
+        constraints: holds and loops in file order.
+        poses: named configurations.
+        sources: file and line of every extension element, by name.
+    """
+
+    name: str
+    file: ModelFile
+    model: Any = field(repr=False)
+    points: dict[str, Point] = field(repr=False)
+    forces: tuple[Element, ...] = field(repr=False)
+    constraints: tuple[Constraint, ...] = field(repr=False)
+    poses: dict[str, Pose] = field(repr=False)
+    sources: dict[str, Source] = field(repr=False)
+
+    @property
+    def joints(self) -> list[str]:
+        """Names of the moving joints."""
+        return list(self.model.names)[1:]
+
+    @property
+    def coordinate_names(self) -> list[str]:
+        """A name for every entry of q."""
+        return _expand(self.model, "nq", {2: ("cos", "sin"), 7: ("x", "y", "z", "qx", "qy", "qz", "qw")})
+
+    @property
+    def dof_names(self) -> list[str]:
+        """A name for every entry of v."""
+        return _expand(self.model, "nv", {6: ("vx", "vy", "vz", "wx", "wy", "wz")})
+
+    @property
+    def rows(self) -> tuple[Row, ...]:
+        """All scalar constraint rows, sorted as the coordinates of a run: translations first, then rotations."""
+        rows = [row for constraint in self.constraints for row in constraint.rows(self)]
+        return tuple(sorted(rows, key=lambda row: row.unit != "m"))
+
+    @property
+    def tracked(self) -> list[str]:
+        """Names of the points reported over time."""
+        return [name for name, point in self.points.items() if point.track]
+
+    def point(self, name: str) -> Anchor:
+        """Anchor of a named point; ModelError with the legal names if there is none."""
+        joint, placement = self._placed(name)
+        return Anchor(joint, tuple(placement.translation.tolist()))
+
+    def direction(self, point: str, axis: tuple[float, float, float], frame: str) -> Anchor:
+        """A direction in the axes of a point ('body') or of the world ('world')."""
+        if frame == "world":
+            return Anchor(0, axis, 0)
+        joint, placement = self._placed(point)
+        return Anchor(joint, tuple((placement.rotation @ np.array(axis)).tolist()), 0)
+
+    def joint(self, name: str) -> JointCoordinate:
+        """Coordinate of a joint with one dof; ModelError with the legal names otherwise."""
+        if not self.model.existJointName(name):
+            raise ModelError(f"no moving joint {name!r}", todo=legal_names(name, self.joints, "joints"))
+        joint = self.model.joints[self.model.getJointId(name)]
+        if joint.nv != 1:
+            raise ModelError(f"joint {name!r} has {joint.nv} dofs, not one", todo="Use a spring between points.")
+        return JointCoordinate(joint.idx_q, joint.idx_v, continuous=joint.nq == 2)
+
+    def configuration(self, pose: str | None = None, positions: Mapping[str, Any] | None = None) -> Array:
+        """q of a named pose with some joints given otherwise.
+
+        Raises:
+            ScenarioError: unknown pose or joint, or a wrong number of values for a joint.
+        """
+        q: Array = pin.neutral(self.model)
+        if pose is not None:
+            if pose not in self.poses:
+                raise ScenarioError(f"the model has no pose {pose!r}", todo=legal_names(pose, self.poses, "poses"))
+            for entry in self.poses[pose].joints:
+                self._set(q, entry.name, entry.position)
+        for name, value in (positions or {}).items():
+            self._set(q, name, tuple(np.atleast_1d(np.asarray(value, dtype=float)).tolist()))
+        return q
+
+    def _set(self, q: Array, name: str, position: tuple[float, ...]) -> None:
+        if not self.model.existJointName(name):
+            raise ScenarioError(f"no moving joint {name!r}", todo=legal_names(name, self.joints, "joints"))
+        joint = self.model.joints[self.model.getJointId(name)]
+        wanted = 1 if joint.nv == 1 else joint.nq
+        if len(position) != wanted:
+            raise ScenarioError(f"joint {name!r} takes {wanted} values, not {len(position)}")
+        if joint.nv == 1 and joint.nq == 2:
+            position = (math.cos(position[0]), math.sin(position[0]))
+        if joint.nq == 7:
+            length = math.hypot(*position[3:])
+            if length == 0:
+                raise ScenarioError(f"joint {name!r}: the quaternion is zero")
+            position = (*position[:3], *(c / length for c in position[3:]))
+        q[joint.idx_q : joint.idx_q + joint.nq] = position
+
+    def _placed(self, name: str) -> tuple[int, Any]:
+        if name not in self.points:
+            raise ModelError(f"no point {name!r}", todo=legal_names(name, self.points, "points"))
+        point = self.points[name]
+        if not self.model.existBodyName(point.link):
+            links = [f.name for f in self.model.frames if f.type == pin.FrameType.BODY]
+            raise ModelError(
+                f"point {name!r}: no link {point.link!r}",
+                where=self.sources.get(name),
+                todo=legal_names(point.link, links, "links"),
+            )
+        frame = self.model.frames[self.model.getBodyId(point.link)]
+        local = pin.SE3(pin.rpy.rpyToMatrix(*point.rpy), np.array(point.xyz))
+        return frame.parentJoint, frame.placement * local
+
+
+def load_rig(path_or_name: str | Path, *, elements: Iterable[Element] = (), **arguments: Any) -> Rig:
+    """Load a model file, or a shipped model by name.
+
+    Args:
+        path_or_name: ``mkz49``, or the path of a ``.xacro`` or ``.urdf`` file.
+        elements: further force elements made in Python.
+        **arguments: xacro arguments, e.g. ``boom_length=2.1``.
+
+    Raises:
+        ModelError: the first thing wrong with the file; ``drillrig check`` lists all.
+    """
+    return build_rig(read_model(path_or_name, arguments), elements)
+
+
+def load_rig_text(text: str, name: str = "<text>", *, elements: Iterable[Element] = ()) -> Rig:
+    """Load a model from URDF text, e.g. the expanded model kept in a result file."""
+    return build_rig(read_model_text(text, name), elements)
+
+
+def build_rig(file: ModelFile, elements: Iterable[Element] = ()) -> Rig:
+    """Make a rig of a model file that was read; raises the first error found."""
+    for problem in check_urdf(file.root):
+        if problem.severity == "error":
+            raise ModelError(problem.message, where=problem.source, todo=problem.advice)
+    rig, problems = assemble_rig(file, elements)
+    for problem in problems:
+        raise ModelError(problem.message, where=problem.source, todo=problem.advice)
+    return rig
+
+
+def assemble_rig(file: ModelFile, elements: Iterable[Element] = ()) -> tuple[Rig, list[Problem]]:
+    """Build a rig of whatever is usable, and list what is not. The URDF part must be sound."""
+    problems: list[Problem] = []
+    parsed: list[BaseModel] = []
+    sources: dict[str, Source] = {}
+    for node in file.elements():
+        try:
+            item = _element(node)
+            name = getattr(item, "name", None)
+            if name is not None and node.tag != "parameter":
+                if name in sources:
+                    raise ModelError(f"{name!r} is already defined at {sources[name]}", where=node.source)
+                sources[name] = node.source
+            parsed.append(item)
+        except ModelError as error:
+            where = error.where if isinstance(error.where, Source) else node.source
+            problems.append(Problem("error", error.what, where, error.todo))
+    parsed.extend(elements)
+    points = {item.name: item for item in parsed if isinstance(item, Point)}
+    gravity = next((item.xyz for item in parsed if isinstance(item, Gravity)), (0.0, 0.0, -9.81))
+    rig = Rig(
+        file.name,
+        file,
+        _pinocchio_model(file, gravity),
+        points,
+        tuple(item for item in parsed if isinstance(item, Element)),
+        tuple(item for item in parsed if isinstance(item, Constraint)),
+        {item.name: item for item in parsed if isinstance(item, Pose)},
+        sources,
+    )
+    return _resolvable(rig, problems)
+
+
+def _element(node: Node) -> BaseModel:
+    cls = DECLARATIONS.get(node.tag) or CONSTRAINTS.get(node.tag) or force_class(node.tag)
+    if cls is None:
+        legal = [*DECLARATIONS, *CONSTRAINTS, *FORCES, *plugin_tags()]
+        raise ModelError(f"unknown element <{node.tag}>", where=node.source, todo=legal_names(node.tag, legal, "elements"))
+    try:
+        item = cls.from_node(node)
+    except ValidationError as error:
+        raise model_error(error, cls, node) from None
+    fault = item.fault() if isinstance(item, Element | Constraint) else None
+    if fault:
+        raise ModelError(f"<{node.tag} {node.attributes.get('name', '')!r}>: {fault}", where=node.source)
+    return item
+
+
+def _pinocchio_model(file: ModelFile, gravity: tuple[float, float, float]) -> Any:
+    try:
+        model = pin.buildModelFromXML(file.text)
+    except Exception as error:
+        raise ModelError(f"Pinocchio cannot load the model ({' '.join(str(error).split())})", where=file.path) from None
+    model.gravity.linear = np.array(gravity)
+    return model
+
+
+def _resolvable(rig: Rig, problems: list[Problem]) -> tuple[Rig, list[Problem]]:
+    """Drop what names points or joints that do not exist, one problem each."""
+
+    def usable(item: Any) -> bool:
+        try:
+            if isinstance(item, Element):
+                item.coordinate(rig)
+            elif isinstance(item, Constraint):
+                list(item.rows(rig))
+            elif isinstance(item, Point):
+                rig.point(item.name)
+            else:
+                rig.configuration(item.name)
+        except (ModelError, ScenarioError) as error:
+            source = rig.sources.get(item.name, Source(rig.file.path))
+            problems.append(Problem("error", f"<{item.tag} {item.name!r}>: {error.what}", source, error.todo))
+            return False
+        return True
+
+    points = {name: point for name, point in rig.points.items() if usable(point)}
+    forces = tuple(filter(usable, rig.forces))
+    constraints = tuple(filter(usable, rig.constraints))
+    poses = {name: pose for name, pose in rig.poses.items() if usable(pose)}
+    return Rig(rig.name, rig.file, rig.model, points, forces, constraints, poses, rig.sources), problems
+
+
+def _expand(model: Any, count: str, suffixes: dict[int, tuple[str, ...]]) -> list[str]:
+    names: list[str] = []
+    for name, joint in zip(list(model.names)[1:], list(model.joints)[1:], strict=True):
+        n = getattr(joint, count)
+        names += [name] if n == 1 else [f"{name}.{s}" for s in suffixes[n]]
+    return names

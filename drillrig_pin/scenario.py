@@ -1,0 +1,172 @@
+"""The case to simulate: where from, how long, which loads, how solved. The only file that knows its YAML."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from drillrig_pin.errors import ScenarioError, legal_names
+from drillrig_pin.files import shipped_scenarios
+from drillrig_pin.model.nodes import short_path
+
+MAX_BYTES = 1_000_000
+MAX_SAMPLES = 50_000_000
+
+Positive = Annotated[float, Field(gt=0)]
+AutoOrPositive = Literal["auto"] | Positive
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, str_max_length=10_000)
+
+
+class Stabilization(_Part):
+    """How f(q) = 0 is kept: a term in the equations, a projection after accepted steps, or both."""
+
+    method: Literal["none", "baumgarte", "sliding_mode"] = Field(
+        "baumgarte", description="term added to the acceleration constraint"
+    )
+    alpha: AutoOrPositive = Field("auto", description="Baumgarte alpha [1/s]; auto: 0.2 / step")
+    beta: AutoOrPositive = Field("auto", description="Baumgarte beta [1/s]; auto: equal to alpha (critical damping)")
+    rate: AutoOrPositive = Field("auto", description="sliding mode: decay rate of f on the surface [1/s]")
+    gain: Positive = Field(1e-3, description="sliding mode: largest correcting acceleration [m/s^2]")
+    width: Positive = Field(1e-5, description="sliding mode: half width of the boundary layer [m/s]")
+    projection: bool = Field(
+        True, description="project q and v onto the constraints after every accepted step (not possible with LSODA)"
+    )
+
+
+class Integrator(_Part):
+    """Which integrator, how tight."""
+
+    method: Literal["RK4", "DOP853", "Radau", "LSODA"] = Field("DOP853", description="integration method")
+    step: Positive = Field(2.5e-4, description="step of RK4 [s]")
+    rtol: Annotated[float, Field(ge=1e-13, le=1e-2)] = Field(1e-8, description="relative tolerance of the others")
+    atol: Positive = Field(1e-10, description="absolute tolerance on q [rad, m]")
+    max_step: Positive | None = Field(None, description="longest step [s]; none: no bound")
+
+
+class Scenario(_Part):
+    """One case. Every field has a default; the default is test hole no. 9 for 10 s.
+
+    Raises (on construction and loading): ScenarioError with the field and what it takes.
+    """
+
+    name: str = "hole_9"
+    text: str = Field("", description="what the case is about")
+    model: str = Field("mkz49", description="model name or path")
+    arguments: dict[str, str | float | int] = Field(default_factory=dict, description="arguments of the model")
+    pose: str | None = Field(None, description="named pose of the model; none: its first pose, or all joints at zero")
+    positions: dict[str, float | list[float]] = Field(default_factory=dict, description="joints set otherwise [rad, m]")
+    velocities: dict[str, float] = Field(default_factory=dict, description="initial velocity by dof [rad/s, m/s]")
+    targets: dict[str, float] = Field(default_factory=dict, description="held coordinates by row, e.g. face.y [m]")
+    loads: Literal["all", "none"] | list[str] = Field("all", description="which loads act")
+    duration: Positive = Field(10.0, description="simulated time [s]")
+    output_rate: Positive = Field(1000.0, description="samples per second of the result [Hz]")
+    formulation: Literal["multipliers", "null_space"] = Field("multipliers", description="how constraints are solved")
+    stabilization: Stabilization = Field(default_factory=Stabilization)
+    integrator: Integrator = Field(default_factory=Integrator)
+
+    def __init__(self, **fields: Any) -> None:
+        try:
+            super().__init__(**fields)
+        except ValidationError as error:
+            raise _scenario_error(error) from None
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> Self:
+        if self.integrator.method == "LSODA" and self.stabilization.projection:
+            raise ValueError(
+                "LSODA keeps a history of steps that a projection would break; "
+                "set stabilization.projection to false or choose another integrator"
+            )
+        if self.duration * self.output_rate > MAX_SAMPLES:
+            raise ValueError(f"duration x output_rate asks for more than {MAX_SAMPLES} samples")
+        return self
+
+    def changed(self, changes: Mapping[str, Any]) -> Scenario:
+        """A copy with some fields changed, by dotted name (``integrator.rtol``)."""
+        return Scenario(**merged(self.model_dump(), changes))
+
+
+def merged(fields: dict[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """``fields`` with values put at dotted names; a dictionary such as ``positions`` takes any name."""
+    for name, value in changes.items():
+        place = fields
+        *parents, last = name.split(".", 1) if name.split(".", 1)[0] in ("arguments", "positions", "velocities", "targets") else name.split(".")
+        for parent in parents:
+            inner = place.setdefault(parent, {})
+            if not isinstance(inner, dict):
+                raise ScenarioError(f"scenario.{name}: {parent!r} has no fields", where="--set")
+            place = inner
+        place[last] = value
+    return fields
+
+
+def load_scenario(path_or_name: str | Path, **changes: Any) -> Scenario:
+    """Read a scenario from YAML, by path or by the name of a shipped one.
+
+    Raises:
+        ScenarioError: no such scenario, not YAML, unknown field, value out of range.
+    """
+    path = Path(path_or_name)
+    if path.suffix not in (".yaml", ".yml") and path.parent == Path():
+        shipped = shipped_scenarios()
+        if path.name not in shipped:
+            raise ScenarioError(
+                f"no scenario named {path.name!r}",
+                todo=legal_names(path.name, shipped, "scenarios") + " One of your own is given by its path.",
+            )
+        path = shipped[path.name]
+    where = short_path(path)
+    try:
+        with path.open("rb") as stream:
+            raw = stream.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise ScenarioError(f"cannot be read ({error.strerror})", where=where, todo="Check the path.") from None
+    if len(raw) > MAX_BYTES:
+        raise ScenarioError("the scenario is larger than 1 MB", where=where)
+    try:
+        fields = _load_yaml(raw)
+    except (yaml.YAMLError, UnicodeDecodeError, RecursionError, ValueError) as error:
+        reason = " ".join(str(error).split())
+        raise ScenarioError(f"not readable as YAML ({reason})", where=where) from None
+    if fields is None:
+        fields = {}
+    if not isinstance(fields, dict) or not all(isinstance(key, str) for key in fields):
+        raise ScenarioError("a scenario is a list of `field: value` lines", where=where)
+    fields.setdefault("name", path.stem)
+    try:
+        return Scenario(**merged(fields, changes))
+    except ScenarioError as error:
+        raise ScenarioError(error.what, where=where, todo=error.todo) from None
+
+
+def _load_yaml(raw: bytes) -> Any:
+    """Plain YAML; aliases are refused, since a few of them can unfold into gigabytes."""
+    text = raw.decode()
+    if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text, Loader=yaml.SafeLoader)):
+        raise ValueError("aliases are not allowed in a scenario")
+    return yaml.safe_load(text)
+
+
+def _scenario_error(error: ValidationError) -> ScenarioError:
+    findings = error.errors(include_url=False)
+    first = findings[0]
+    names = [str(part) for part in first["loc"] if not str(part).startswith(("literal[", "float", "constrained", "list["))]
+    field = ".".join(names)
+    if first["type"] == "extra_forbidden":
+        part: Any = Scenario
+        for name in names[:-1]:
+            part = part.model_fields[name].annotation
+        what, todo = f"the scenario has no field {field!r}", legal_names(names[-1], part.model_fields, "fields")
+    else:
+        message = first["msg"].removeprefix("Value error, ").removeprefix("Input ")
+        given = first.get("input")
+        what = f"scenario.{field} = {given!r} {message}" if field else message
+        todo = ""
+    return ScenarioError(what, todo=todo)

@@ -1,0 +1,166 @@
+"""The result of a run: plain arrays with declared meaning, labels, status and provenance."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from drillrig_pin.errors import Outcome, ResultFileError, legal_names
+from drillrig_pin.kinematics import Array
+from drillrig_pin.scenario import Scenario
+
+if TYPE_CHECKING:
+    import xarray
+
+AXES = ("x", "y", "z")
+
+
+class Variable(NamedTuple):
+    """Meaning of one array: dimensions after time, unit, description."""
+
+    dims: tuple[str, ...]
+    unit: str
+    text: str
+
+
+#: Every array of a result, declared once. The unit of joint quantities depends on the joint: rad or m.
+VARIABLES: dict[str, Variable] = {
+    "q": Variable(("joint",), "rad or m", "joint positions"),
+    "v": Variable(("dof",), "rad/s or m/s", "joint velocities"),
+    "a": Variable(("dof",), "rad/s^2 or m/s^2", "joint accelerations"),
+    "reaction": Variable(("constraint",), "N or N*m", "multipliers: force of the surroundings on the machine, world axes"),
+    "constraint_error": Variable(("constraint",), "m or 1", "residual f(q)"),
+    "constraint_rate": Variable(("constraint",), "m/s or 1/s", "rate of the residual, J v"),
+    "cylinder_length": Variable(("cylinder",), "m", "pin to pin length"),
+    "cylinder_force": Variable(("cylinder",), "N", "force of the cylinder; positive pushes the pins apart"),
+    "pressure_a": Variable(("cylinder",), "Pa", "gauge pressure of the piston chamber A"),
+    "pressure_b": Variable(("cylinder",), "Pa", "gauge pressure of the annulus chamber B"),
+    "element_coordinate": Variable(("element",), "rad or m", "coordinate of every other force element"),
+    "element_force": Variable(("element",), "N or N*m", "force along that coordinate"),
+    "point_position": Variable(("point", "axis"), "m", "position of the tracked points in the world"),
+    "point_displacement": Variable(("point", "axis"), "m", "position less initial position"),
+    "load_value": Variable(("load",), "N or N*m", "value of the loads along their axes"),
+    "energy_kinetic": Variable((), "J", "kinetic energy"),
+    "energy_potential": Variable((), "J", "potential energy of gravity"),
+    "energy_elastic": Variable((), "J", "energy stored in oil, springs and rock, zero at the initial state"),
+    "work_input": Variable((), "J", "work done by the loads since the start"),
+    "work_dissipated": Variable((), "J", "work lost in dampers and piston friction since the start"),
+}
+DIMENSIONS = ("joint", "dof", "constraint", "cylinder", "element", "point", "load")
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """One run.
+
+    Attributes:
+        time: sample times (n) [s].
+        arrays: the variables of :data:`VARIABLES`, first dimension time; also as attributes, ``trajectory.q``.
+        labels: names along every dimension.
+        outcome: how the run ended.
+        scenario: the case.
+        model: expanded model text; with the scenario all that is needed to run again.
+        arguments: arguments the model was expanded with.
+        cost: steps, evaluations, switches, wall time [s].
+        notes: assembly and equilibrium in words, warnings.
+    """
+
+    time: Array
+    arrays: dict[str, Array] = field(repr=False)
+    labels: dict[str, list[str]] = field(repr=False)
+    outcome: Outcome
+    scenario: Scenario = field(repr=False)
+    model: str = field(repr=False)
+    arguments: dict[str, Any] = field(repr=False)
+    cost: dict[str, float] = field(repr=False)
+    notes: tuple[str, ...] = ()
+
+    def __getattr__(self, name: str) -> Array:
+        arrays: dict[str, Array] = self.__dict__.get("arrays", {})
+        if name in arrays:
+            return arrays[name]
+        raise AttributeError(f"a trajectory has no {name!r}; variables: {', '.join(VARIABLES)}")
+
+    def of(self, variable: str, *names: str) -> Array:
+        """One column by name, e.g. ``trajectory.of("point_displacement", "S", "z")`` -> (n,)."""
+        dims = VARIABLES[variable].dims
+        column: Array = self.arrays[variable]
+        for dim, name in zip(dims, names, strict=False):
+            legal = list(AXES) if dim == "axis" else self.labels[dim]
+            if name not in legal:
+                raise ResultFileError(f"the run has no {dim} {name!r}", todo=legal_names(name, legal, dim + "s"))
+            column = column[:, legal.index(name)]
+        return column
+
+    @property
+    def energy_residual(self) -> Array:
+        """Total energy less its start less work in plus work dissipated, (n) [J]: zero for an exact solution."""
+        total = self.energy_kinetic + self.energy_potential + self.energy_elastic
+        return total - total[0] - self.work_input + self.work_dissipated
+
+    @property
+    def dataset(self) -> xarray.Dataset:
+        """The same as a labelled dataset with units and descriptions (made anew at each call)."""
+        import xarray
+
+        coords: dict[str, Any] = {dim: self.labels[dim] for dim in DIMENSIONS}
+        coords["axis"] = list(AXES)
+        coords["time"] = ("time", self.time, {"units": "s", "long_name": "time"})
+        variables = {
+            name: (("time", *meaning.dims), self.arrays[name], {"units": meaning.unit, "long_name": meaning.text})
+            for name, meaning in VARIABLES.items()
+        }
+        return xarray.Dataset(variables, coords, {"title": self.scenario.name, "content_hash": self.content_hash})
+
+    @property
+    def content_hash(self) -> str:
+        """SHA-256 of model, scenario and versions: equal hashes mean the same question asked of the same software."""
+        return content_hash(self.model, self.scenario)
+
+    def save(self, path: str | Path) -> None:
+        """Write everything to one NetCDF-4 file; nothing is left behind if that fails."""
+        from drillrig_pin.resultfile import save
+
+        save(self, Path(path))
+
+    def to_csv(self, path: str | Path) -> None:
+        """Write all variables as one table, a column each, named ``variable.label [unit]``."""
+        from drillrig_pin.resultfile import to_csv
+
+        to_csv(self, Path(path))
+
+    def to_mat(self, path: str | Path) -> None:
+        """Write arrays and labels to a MATLAB 5 file."""
+        from drillrig_pin.resultfile import to_mat
+
+        to_mat(self, Path(path))
+
+
+def versions() -> dict[str, str]:
+    """Versions of what decides the numbers."""
+    return {name: version(name) for name in ("drillrig-pin", "pin", "numpy", "scipy")}
+
+
+def content_hash(model: str, scenario: Scenario) -> str:
+    """SHA-256 over the expanded model, the scenario and the versions."""
+    content = {"model": model, "scenario": scenario.model_dump(mode="json"), "versions": versions()}
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def flat_columns(trajectory: Trajectory) -> tuple[list[str], Array]:
+    """Headers and one (n, columns) array of time and all variables."""
+    names, columns = ["time [s]"], [trajectory.time[:, None]]
+    for name, meaning in VARIABLES.items():
+        labels = [list(AXES) if dim == "axis" else trajectory.labels[dim] for dim in meaning.dims]
+        suffixes = [""]
+        for words in labels:
+            suffixes = [f"{suffix}.{word}" for suffix in suffixes for word in words]
+        names += [f"{name}{suffix} [{meaning.unit}]" for suffix in suffixes]
+        columns.append(trajectory.arrays[name].reshape(len(trajectory.time), -1))
+    return names, np.hstack(columns)
