@@ -25,11 +25,10 @@ if TYPE_CHECKING:
         SingularConfigurationError,
         Status,
     )
-    from drillrig_pin.resultfile import load_trajectory
     from drillrig_pin.rig import Rig, load_rig, load_rig_text
     from drillrig_pin.scenario import Scenario, load_scenario
-    from drillrig_pin.simulate import simulate
-    from drillrig_pin.trajectory import Trajectory
+    from drillrig_pin.simulation import simulate
+    from drillrig_pin.trajectory import Trajectory, load_trajectory
 
 _HOMES = {
     "AssemblyError": "errors",
@@ -46,8 +45,8 @@ _HOMES = {
     "load_rig": "rig",
     "load_rig_text": "rig",
     "load_scenario": "scenario",
-    "load_trajectory": "resultfile",
-    "simulate": "simulate",
+    "load_trajectory": "trajectory",
+    "simulate": "simulation",
 }
 
 __all__ = [

@@ -11,14 +11,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from drillrig_pin.errors import Outcome, ResultFileError, legal_names
+from drillrig_pin.errors import Outcome, ResultFileError, Status, legal_names
 from drillrig_pin.kinematics import Array
+from drillrig_pin.model.nodes import short_path
 from drillrig_pin.scenario import Scenario
+from drillrig_pin.storage import Column, damaged, read_netcdf, write_csv, write_mat, write_netcdf
 
 if TYPE_CHECKING:
     import xarray
 
 AXES = ("x", "y", "z")
+FORMAT = "drillrig trajectory 1"
 
 
 class Variable(NamedTuple):
@@ -34,7 +37,7 @@ VARIABLES: dict[str, Variable] = {
     "q": Variable(("joint",), "rad or m", "joint positions"),
     "v": Variable(("dof",), "rad/s or m/s", "joint velocities"),
     "a": Variable(("dof",), "rad/s^2 or m/s^2", "joint accelerations"),
-    "reaction": Variable(("constraint",), "N or N*m", "multipliers: force of the surroundings on the machine, world axes"),
+    "reaction": Variable(("constraint",), "N or N*m", "multipliers: force of the face on the held point, world axes"),
     "constraint_error": Variable(("constraint",), "m or 1", "residual f(q)"),
     "constraint_rate": Variable(("constraint",), "m/s or 1/s", "rate of the residual, J v"),
     "cylinder_length": Variable(("cylinder",), "m", "pin to pin length"),
@@ -124,22 +127,83 @@ class Trajectory:
         return content_hash(self.model, self.scenario)
 
     def save(self, path: str | Path) -> None:
-        """Write everything to one NetCDF-4 file; nothing is left behind if that fails."""
-        from drillrig_pin.resultfile import save
-
-        save(self, Path(path))
+        """Write everything to one NetCDF-4 file; nothing is left behind if that fails (ResultFileError)."""
+        columns = {"time": Column(("time",), self.time, "s", "time")}
+        for name, meaning in VARIABLES.items():
+            columns[name] = Column(("time", *meaning.dims), self.arrays[name], meaning.unit, meaning.text)
+        outcome = self.outcome
+        attributes: dict[str, str | float] = {
+            "format": FORMAT,
+            "title": self.scenario.name,
+            "model": self.model,
+            "arguments": json.dumps(self.arguments),
+            "scenario": self.scenario.model_dump_json(),
+            "versions": json.dumps(versions()),
+            "content_hash": self.content_hash,
+            "status": outcome.status.name,
+            "end_time": float(outcome.time),
+            "steps": float(outcome.steps),
+            "cause": outcome.cause,
+            "cost": json.dumps(self.cost),
+            "notes": json.dumps(self.notes),
+        }
+        write_netcdf(Path(path), columns, {**self.labels, "axis": AXES}, attributes)
 
     def to_csv(self, path: str | Path) -> None:
         """Write all variables as one table, a column each, named ``variable.label [unit]``."""
-        from drillrig_pin.resultfile import to_csv
-
-        to_csv(self, Path(path))
+        names, table = self._flat()
+        write_csv(Path(path), names, table)
 
     def to_mat(self, path: str | Path) -> None:
-        """Write arrays and labels to a MATLAB 5 file."""
-        from drillrig_pin.resultfile import to_mat
+        """Write arrays, labels and units to a MATLAB 5 file."""
+        content: dict[str, Any] = {"time": self.time[:, None], **self.arrays}
+        content["labels"] = {dim: np.array(words, dtype=object) for dim, words in self.labels.items()}
+        content["units"] = {name: meaning.unit for name, meaning in VARIABLES.items()}
+        content["content_hash"] = self.content_hash
+        write_mat(Path(path), content)
 
-        to_mat(self, Path(path))
+    def _flat(self) -> tuple[list[str], Array]:
+        names, columns = ["time [s]"], [self.time[:, None]]
+        for name, meaning in VARIABLES.items():
+            suffixes = [""]
+            for dim in meaning.dims:
+                words = AXES if dim == "axis" else self.labels[dim]
+                suffixes = [f"{suffix}.{word}" for suffix in suffixes for word in words]
+            names += [f"{name}{suffix} [{meaning.unit}]" for suffix in suffixes]
+            columns.append(self.arrays[name].reshape(len(self.time), len(suffixes)))
+        return names, np.hstack(columns)
+
+
+def load_trajectory(path: str | Path) -> Trajectory:
+    """Read a result file back.
+
+    Raises:
+        ResultFileError: not there, not a result file of this package, or damaged.
+    """
+    path = Path(path)
+    arrays, labels, attributes = read_netcdf(path, ["time", *VARIABLES], DIMENSIONS)
+    if attributes.get("format") != FORMAT:
+        raise ResultFileError("not a result file of drillrig", where=short_path(path))
+    try:
+        outcome = Outcome(
+            Status[attributes["status"]],
+            float(attributes["end_time"]),
+            int(attributes["steps"]),
+            str(attributes["cause"]),
+        )
+        return Trajectory(
+            arrays.pop("time"),
+            arrays,
+            labels,
+            outcome,
+            Scenario(**json.loads(attributes["scenario"])),
+            str(attributes["model"]),
+            json.loads(attributes["arguments"]),
+            json.loads(attributes["cost"]),
+            tuple(json.loads(attributes["notes"])),
+        )
+    except Exception as error:
+        raise damaged(path, error) from None
 
 
 def versions() -> dict[str, str]:
@@ -151,16 +215,3 @@ def content_hash(model: str, scenario: Scenario) -> str:
     """SHA-256 over the expanded model, the scenario and the versions."""
     content = {"model": model, "scenario": scenario.model_dump(mode="json"), "versions": versions()}
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
-
-
-def flat_columns(trajectory: Trajectory) -> tuple[list[str], Array]:
-    """Headers and one (n, columns) array of time and all variables."""
-    names, columns = ["time [s]"], [trajectory.time[:, None]]
-    for name, meaning in VARIABLES.items():
-        labels = [list(AXES) if dim == "axis" else trajectory.labels[dim] for dim in meaning.dims]
-        suffixes = [""]
-        for words in labels:
-            suffixes = [f"{suffix}.{word}" for suffix in suffixes for word in words]
-        names += [f"{name}{suffix} [{meaning.unit}]" for suffix in suffixes]
-        columns.append(trajectory.arrays[name].reshape(len(trajectory.time), -1))
-    return names, np.hstack(columns)

@@ -1,0 +1,117 @@
+"""Files of arrays: NetCDF-4, CSV and MATLAB, written aside and renamed. Knows nothing of what the arrays mean."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from drillrig_pin.errors import ResultFileError
+from drillrig_pin.files import write_aside
+from drillrig_pin.model.nodes import short_path
+
+
+class Column(NamedTuple):
+    """One array with its dimensions, unit and description."""
+
+    dims: tuple[str, ...]
+    values: Any
+    unit: str
+    text: str
+
+
+def write_netcdf(
+    path: Path,
+    columns: Mapping[str, Column],
+    labels: Mapping[str, Sequence[str]],
+    attributes: Mapping[str, str | float],
+) -> None:
+    """Write columns, names along dimensions and attributes to NetCDF-4.
+
+    Raises:
+        ResultFileError: the folder does not exist, is not writable or is full.
+    """
+    import h5netcdf
+    import h5py
+
+    sizes = {dim: len(words) for dim, words in labels.items()}
+    for column in columns.values():
+        sizes.update(zip(column.dims, np.shape(column.values), strict=True))
+    try:
+        with write_aside(path) as aside, h5netcdf.File(aside, "w") as file:
+            file.dimensions = sizes
+            for name, column in columns.items():
+                variable = file.create_variable(name, column.dims, dtype="f8")
+                if np.size(column.values):
+                    variable[...] = column.values
+                variable.attrs["units"] = column.unit
+                variable.attrs["long_name"] = column.text
+            for dim, words in labels.items():
+                variable = file.create_variable(dim, (dim,), dtype=h5py.string_dtype())
+                if words:
+                    variable[:] = np.array(words, dtype=object)
+            file.attrs.update(attributes)
+    except OSError as error:
+        raise _unwritable(path, error) from None
+
+
+def read_netcdf(
+    path: Path, columns: Iterable[str], dims: Iterable[str]
+) -> tuple[dict[str, Any], dict[str, list[str]], dict[str, Any]]:
+    """Read arrays, names along dimensions and attributes.
+
+    Raises:
+        ResultFileError: not there, or damaged.
+    """
+    import h5netcdf
+
+    try:
+        with h5netcdf.File(path, "r") as file:
+            attributes = dict(file.attrs)
+            arrays = {name: np.asarray(file.variables[name][...], dtype=float) for name in columns}
+            labels = {dim: [_text(word) for word in file.variables[dim][...]] for dim in dims}
+    except FileNotFoundError:
+        raise ResultFileError("no such result file", where=short_path(path), todo="Check the path.") from None
+    except Exception as error:
+        raise damaged(path, error) from None
+    return arrays, labels, attributes
+
+
+def damaged(path: Path, error: Exception) -> ResultFileError:
+    """Whatever a damaged file makes a reader trip over, to the user it is a damaged file."""
+    reason = " ".join(str(error).split())[:200] or type(error).__name__
+    return ResultFileError(f"not readable as a result file ({reason})", where=short_path(path))
+
+
+def write_csv(path: Path, names: Sequence[str], table: Any) -> None:
+    """Write a table with a header line; every value with all its digits. ResultFileError if not writable."""
+    try:
+        with write_aside(path) as aside, aside.open("w", newline="") as stream:
+            csv.writer(stream).writerow(names)
+            np.savetxt(stream, table, fmt="%.17g", delimiter=",")
+    except OSError as error:
+        raise _unwritable(path, error) from None
+
+
+def write_mat(path: Path, content: Mapping[str, Any]) -> None:
+    """Write a MATLAB 5 file. ResultFileError if not writable."""
+    from scipy.io import savemat
+
+    try:
+        with write_aside(path) as aside, aside.open("wb") as stream:
+            savemat(stream, dict(content), long_field_names=True)
+    except OSError as error:
+        raise _unwritable(path, error) from None
+
+
+def _unwritable(path: Path, error: OSError) -> ResultFileError:
+    return ResultFileError(
+        f"cannot be written ({error.strerror or error})", where=short_path(path), todo="Check folder and free space."
+    )
+
+
+def _text(word: Any) -> str:
+    return word.decode() if isinstance(word, bytes) else str(word)
