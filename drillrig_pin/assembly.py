@@ -42,8 +42,9 @@ class Assembly:
 def assemble_state(rig: Rig, q: Array, v: Array, targets: dict[str, float] | None = None) -> Assembly:
     """Project a nominal state onto the constraints.
 
-    Minimises the Euclidean norm of the change of the dofs (radians and metres alike) subject to f(q) = 0, by Gauss-Newton
-    steps; then removes from v what violates J v = 0. Rows held at their initial value take it after the others closed.
+    Minimises the Euclidean norm of the change of the dofs (radians and metres alike) subject to f(q) = 0, by
+    Gauss-Newton steps; then removes from v what violates J v = 0. Rows held at their initial value take it after
+    the others closed.
 
     Args:
         rig: the rig.
@@ -101,8 +102,9 @@ def _close(rig: Rig, space: Workspace, q0: Array, which: Array, goal: Array) -> 
         return q
     worst = int(np.argmax(np.abs(f)))
     row = rig.rows[int(which[worst])]
+    unit = "m" if row.unit == "m" else "(cosine)"
     raise AssemblyError(
-        f"the machine cannot be assembled: {row.name!r} stays {abs(f[worst]):.3g} {row.unit.replace('1', '(cosine)')} open",
+        f"the machine cannot be assembled: {row.name!r} stays {abs(f[worst]):.3g} {unit} open",
         where=rig.file.path,
         todo="Move its target or points within reach, or start from another pose.",
     )

@@ -91,7 +91,8 @@ class Hold(Constraint):
         point = resolver.point(self.point)
         for i, axis in enumerate(self.axes):
             target = None if self.target == "initial" else float(self.target[i])
-            yield Row(f"{self.name}.{axis}", Slide(point, world_direction(AXIS[axis]), world_point()), target, "m", False)
+            coordinate = Slide(point, world_direction(AXIS[axis]), world_point())
+            yield Row(f"{self.name}.{axis}", coordinate, target, "m", False)
 
 
 class Loop(Constraint):
@@ -132,7 +133,7 @@ class Loop(Constraint):
 
 
 def _perpendicular(axis: str, closed: tuple[str, ...]) -> tuple[str, str]:
-    """Axes (of the first frame, of the second) whose scalar product must vanish so that rotation about ``axis`` does."""
+    """Axes (of the first frame, of the second) that stay perpendicular as long as nothing turns about ``axis``."""
     others = [a for a in "xyz" if a != axis]
     if len(closed) == 2:
         # A hinge about the free axis: its image must stay perpendicular to the other closed axis.

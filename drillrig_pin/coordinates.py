@@ -1,6 +1,6 @@
 """Scalar coordinates x(q), their rates and their gradient rows, all of a rig at once.
 
-Every coordinate here is the same thing: a unit wrench ``W`` (world origin, world axes) acting between two bodies, so that
+Every coordinate here is the same thing: a unit wrench ``W`` (world origin, world axes) between two bodies, so that
 
     x_dot = row . v,      row = (S_b - S_a) * (W^T J),      tau = row^T F,
 
@@ -124,16 +124,14 @@ class CoordinateSet:
         base, moving = (support[[pair[i] for pair in bodies]].reshape(-1, model.nv) for i in (0, 1))
         self._relative = moving - base
 
-        # World vectors by one product with the joint frames: ends, starts, axes of turns, slides and angles, angle bases.
+        # World vectors by one product with the joint frames: ends, starts, axes of turns, slides, angles, angle bases.
         anchors = [c.end for c in lines] + [c.point for c in slides]
         anchors += [c.start for c in lines] + [c.origin for c in slides]
         anchors += [c.direction for c in turns] + [c.direction for c in slides]
         anchors += [c.moving for c in angles] + [c.base for c in angles]
         self._matrix = anchor_matrix(model, anchors)
         world = self._world = np.zeros((len(anchors), 5))
-        ends, starts, turn_axes, slide_axes, moved, bases = np.split(
-            world, np.cumsum([nl + ns, nl + ns, nt, ns, na])
-        )
+        ends, starts, turn_axes, slide_axes, moved, bases = np.split(world, np.cumsum([nl + ns, nl + ns, nt, ns, na]))
         self._ends, self._starts, self._span = ends, starts, np.zeros((nl + ns, 5))
         self._unit = np.zeros((nl + ns, 5))
         self._line_span, self._line_unit = self._span[:nl, :3], self._unit[:nl]
@@ -181,8 +179,8 @@ class CoordinateSet:
     def bias(self, kinematics: Kinematics, v: Array) -> Array:
         """row_dot . v of the biased coordinates: the second derivative of x at zero acceleration, (biased,).
 
-        gamma = W . (A_b - A_a) + W_dot . (V_b - V_a), with V = J v and A = dJ v the spatial velocity and acceleration of
-        the two bodies. For a slide W_dot = (n_dot, v_P x n + P x n_dot), n_dot = omega_a x n.
+        gamma = W . (A_b - A_a) + W_dot . (V_b - V_a), with V = J v and A = dJ v the spatial velocity and acceleration
+        of the two bodies. For a slide W_dot = (n_dot, v_P x n + P x n_dot), n_dot = omega_a x n.
         """
         W = self.W[self._bias_rows]
         moved = self._bias_relative * v

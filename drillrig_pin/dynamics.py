@@ -51,7 +51,7 @@ class Equations:
 class ForceGroup:
     """Force elements whose laws are one class: evaluated in one go."""
 
-    def __init__(self, members: list[int], laws: list[Law], where: Array, load: bool) -> None:
+    def __init__(self, members: list[int], laws: list[Law], where: Any, load: bool) -> None:
         self.members = members
         self.load = load
         self.law = type(laws[0]).stack(laws) if laws[0].stackable else laws[0]
@@ -88,9 +88,7 @@ class Dynamics:
             e for e in rig.forces if not e.load or loads is None or e.name in loads
         )
         self.space = Workspace(rig, self.forces)
-        self.laws = [
-            e.bind(equilibrium.x0.get(e.name, 0.0), equilibrium.held.get(e.name, 0.0)) for e in self.forces
-        ]
+        self.laws = [e.bind(equilibrium.x0.get(e.name, 0.0), equilibrium.held.get(e.name, 0.0)) for e in self.forces]
         self.groups = self._group()
         self.targets = equilibrium.assembly.targets
         self.redundant = bool(equilibrium.assembly.redundant)
@@ -117,7 +115,7 @@ class Dynamics:
     @property
     def size(self) -> int:
         """Length of the integrated vector: q, v, work of the loads, dissipated work."""
-        return self._nq + self._nv + 2
+        return int(self._nq + self._nv + 2)
 
     def initial(self) -> Array:
         """The integrated vector at the start."""
@@ -213,8 +211,7 @@ class Dynamics:
 def _weighted_step(M: Array, J: Array, f: Array) -> Array:
     """Smallest step in the metric M with J step = f."""
     Z = np.linalg.solve(M, J.T)
-    step: Array = Z @ np.linalg.lstsq(J @ Z, f, rcond=RANK)[0]
-    return step
+    return np.asarray(Z @ np.linalg.lstsq(J @ Z, f, rcond=RANK)[0], dtype=float)
 
 
 def solve_multipliers(equations: Equations, workspace: Array | None = None) -> tuple[Array, Array]:
@@ -244,8 +241,8 @@ def solve_least_norm(equations: Equations) -> tuple[Array, Array]:
     M, J = equations.M, equations.J
     free = np.linalg.solve(M, equations.p1)
     Z = np.linalg.solve(M, J.T)
-    multipliers: Array = np.linalg.lstsq(J @ Z, equations.p2 - J @ free, rcond=RANK)[0]
-    return free + Z @ multipliers, multipliers
+    multipliers = np.asarray(np.linalg.lstsq(J @ Z, equations.p2 - J @ free, rcond=RANK)[0], dtype=float)
+    return np.asarray(free + Z @ multipliers, dtype=float), multipliers
 
 
 def solve_null_space(equations: Equations) -> tuple[Array, Array]:
@@ -256,11 +253,11 @@ def solve_null_space(equations: Equations) -> tuple[Array, Array]:
     """
     M, J, p1 = equations.M, equations.J, equations.p1
     if not len(J):
-        return np.linalg.solve(M, p1), np.zeros(0)
+        return np.asarray(np.linalg.solve(M, p1)), np.zeros(0)
     Q, triangle, pivots = scipy.linalg.qr(J.T, pivoting=True)
     diagonal = np.abs(np.diag(triangle))
     rank = int((diagonal > RANK * diagonal[0]).sum()) if diagonal[0] > 0 else 0
     R, kept = Q[:, rank:], pivots[:rank]
-    a = np.linalg.solve(np.vstack([R.T @ M, J[kept]]), np.concatenate([R.T @ p1, equations.p2[kept]]))
-    multipliers: Array = np.linalg.lstsq(J.T, M @ a - p1, rcond=RANK)[0]
+    a: Array = np.linalg.solve(np.vstack([R.T @ M, J[kept]]), np.concatenate([R.T @ p1, equations.p2[kept]]))
+    multipliers = np.asarray(np.linalg.lstsq(J.T, M @ a - p1, rcond=RANK)[0], dtype=float)
     return a, multipliers

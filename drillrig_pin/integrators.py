@@ -60,20 +60,25 @@ class StoppedError(Exception):
 class RK4(OdeSolver):  # type: ignore[misc]
     """Classical fourth-order Runge-Kutta with a fixed step, shortened only to land on the bound."""
 
+    t: float
+    y: Array
+
     def __init__(self, fun: Any, t0: float, y0: Array, t_bound: float, *, step: float) -> None:
         super().__init__(fun, t0, y0, t_bound, vectorized=False)
         self.h = step
+        self.y_old: Array = y0
         self.f = self.fun(t0, y0)
 
     def _step_impl(self) -> tuple[bool, str | None]:
-        rest = self.t_bound - self.t
+        t, y = self.t, self.y
+        rest = self.t_bound - t
         # A rest of one and a bit steps is split evenly rather than leaving a sliver.
         h = rest / np.ceil(rest / self.h - 1e-9) if rest > 0 else rest
-        t, y, k1, fun = self.t, self.y, self.f, self.fun
+        k1, fun = self.f, self.fun
         k2 = fun(t + h / 2, y + h / 2 * k1)
         k3 = fun(t + h / 2, y + h / 2 * k2)
         k4 = fun(t + h, y + h * k3)
-        self.f_old = k1
+        self.f_old, self.y_old = k1, y
         self.y = y + h / 6 * (k1 + 2 * (k2 + k3) + k4)
         self.t = self.t_bound if h == rest else t + h
         self.f = fun(self.t, self.y)
@@ -84,18 +89,6 @@ class RK4(OdeSolver):  # type: ignore[misc]
         output = DenseOutput(self.t_old, self.t)
         output._call_impl = curve
         return output
-
-    @property
-    def y_old(self) -> Array:
-        """State at the start of the last step."""
-        h = self.t - self.t_old
-        return self._y_before if h else self.y
-
-    def step(self) -> str | None:
-        """One step, remembering where it started."""
-        self._y_before = self.y
-        message: str | None = super().step()
-        return message
 
 
 def integrate(
@@ -161,7 +154,7 @@ def _one_step(
     # Breakpoints that all but coincide with a sample would leave steps of rounding size.
     stops = stops[np.concatenate([[True], np.diff(stops) > 1e-12])]
     is_sample = np.isin(stops, samples)
-    if not is_sample.sum() == len(samples):
+    if is_sample.sum() != len(samples):
         stops, is_sample = samples, np.ones(len(samples), dtype=bool)
     watch = _Watch(system, y0)
     solver = _solver(system, float(stops[0]), y0, float(stops[1]), settings)

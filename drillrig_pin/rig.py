@@ -211,7 +211,8 @@ def _element(node: Node) -> BaseModel:
     cls = DECLARATIONS.get(node.tag) or CONSTRAINTS.get(node.tag) or force_class(node.tag)
     if cls is None:
         legal = [*DECLARATIONS, *CONSTRAINTS, *FORCES, *plugin_tags()]
-        raise ModelError(f"unknown element <{node.tag}>", where=node.source, todo=legal_names(node.tag, legal, "elements"))
+        advice = legal_names(node.tag, legal, "elements")
+        raise ModelError(f"unknown element <{node.tag}>", where=node.source, todo=advice)
     try:
         item = cls.from_node(node)
     except ValidationError as error:

@@ -93,11 +93,16 @@ class Scenario(_Part):
         return Scenario(**merged(self.model_dump(), changes))
 
 
+#: Fields that are dictionaries of the user's own names, which may hold dots themselves (``face.y``).
+_OPEN = ("arguments", "positions", "velocities", "targets")
+
+
 def merged(fields: dict[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
     """``fields`` with values put at dotted names; a dictionary such as ``positions`` takes any name."""
     for name, value in changes.items():
         place = fields
-        *parents, last = name.split(".", 1) if name.split(".", 1)[0] in ("arguments", "positions", "velocities", "targets") else name.split(".")
+        first, _, rest = name.partition(".")
+        *parents, last = (first, rest) if first in _OPEN and rest else name.split(".")
         for parent in parents:
             inner = place.setdefault(parent, {})
             if not isinstance(inner, dict):
@@ -157,7 +162,8 @@ def _load_yaml(raw: bytes) -> Any:
 def _scenario_error(error: ValidationError) -> ScenarioError:
     findings = error.errors(include_url=False)
     first = findings[0]
-    names = [str(part) for part in first["loc"] if not str(part).startswith(("literal[", "float", "constrained", "list["))]
+    branches = ("literal[", "float", "constrained", "list[")
+    names = [str(part) for part in first["loc"] if not str(part).startswith(branches)]
     field = ".".join(names)
     if first["type"] == "extra_forbidden":
         part: Any = Scenario

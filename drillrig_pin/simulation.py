@@ -95,7 +95,8 @@ def _require_stroke(cylinder: Cylinder, length: float) -> None:
     shortest, longest = cylinder.length_range
     if not shortest < length < longest:
         raise AssemblyError(
-            f"cylinder {cylinder.name!r} would be {length:.4f} m long, outside its stroke {shortest:.4f} to {longest:.4f} m",
+            f"cylinder {cylinder.name!r} would be {length:.4f} m long, "
+            f"outside its range of {shortest:.4f} to {longest:.4f} m",
             where="initial state",
             todo="Move a pin, change the cylinder, or start from another pose.",
         )
@@ -104,7 +105,8 @@ def _require_stroke(cylinder: Cylinder, length: float) -> None:
 def prepare(rig: Rig, scenario: Scenario) -> Dynamics:
     """The equations of a case at its start, ready to be evaluated or integrated."""
     names = [element.name for element in rig.forces if element.load]
-    acting = frozenset(names) if scenario.loads == "all" else frozenset(() if scenario.loads == "none" else scenario.loads)
+    chosen = {"all": names, "none": []}
+    acting = frozenset(chosen[scenario.loads] if isinstance(scenario.loads, str) else scenario.loads)
     for name in acting:
         if name not in names:
             raise ScenarioError(f"the model has no load {name!r}", todo=legal_names(name, names, "loads"))

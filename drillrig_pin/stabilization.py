@@ -39,5 +39,5 @@ def sliding_mode(rate: float, gain: float, width: float) -> Correction:
 
 
 def automatic_rate(step: float) -> float:
-    """alpha = beta for steps of about ``step`` [s]: drift decays within ten steps, far from the explicit stability limit."""
+    """alpha = beta [1/s] for steps of ``step`` [s]: drift decays within ten steps, far from the stability limit."""
     return 0.2 / step

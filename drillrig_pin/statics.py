@@ -85,5 +85,4 @@ def _carry(rows: Array, needed: Array) -> Array:
     """Least-norm forces with rows^T F nearest to ``needed``."""
     if not len(rows):
         return np.zeros(0)
-    solution: Array = np.linalg.lstsq(rows.T, needed, rcond=RANK)[0]
-    return solution
+    return np.asarray(np.linalg.lstsq(rows.T, needed, rcond=RANK)[0], dtype=float)

@@ -104,8 +104,9 @@ class Trajectory:
     @property
     def energy_residual(self) -> Array:
         """Total energy less its start less work in plus work dissipated, (n) [J]: zero for an exact solution."""
-        total = self.energy_kinetic + self.energy_potential + self.energy_elastic
-        return total - total[0] - self.work_input + self.work_dissipated
+        total: Array = self.energy_kinetic + self.energy_potential + self.energy_elastic
+        residual: Array = total - total[0] - self.work_input + self.work_dissipated
+        return residual
 
     @property
     def dataset(self) -> xarray.Dataset:

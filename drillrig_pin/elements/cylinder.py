@@ -96,8 +96,8 @@ class Cylinder(Element):
     """Hydraulic cylinder locked by check valves, between two points. It pushes them apart with positive force.
 
     Pin to pin length runs from `length_retracted` to `length_retracted + stroke`, with
-    stroke = length_retracted - dead_length_a - dead_length_b. Initial pressures follow from static equilibrium: the less
-    loaded chamber holds `precharge`, the other whatever the static force asks for.
+    stroke = length_retracted - dead_length_a - dead_length_b. Initial pressures follow from static equilibrium: the
+    less loaded chamber holds `precharge`, the other whatever the static force asks for.
     """
 
     tag: ClassVar[str] = "cylinder"

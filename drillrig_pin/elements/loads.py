@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -19,13 +19,15 @@ from drillrig_pin.errors import ModelError, legal_names
 from drillrig_pin.kinematics import Array, world_point
 from drillrig_pin.model.nodes import Node
 
+T = TypeVar("T", bound=BaseModel)
+
 #: A step in a table longer than this many times its usual step is a gap in the measurement.
 GAP = 10.0
 
 
 @dataclass(frozen=True, slots=True)
 class HarmonicLaw(Law):
-    """F(t) = r(t) (mean + sum_i A_i sin(2 pi f_i t + phi_i)),  r = 6 s^5 - 15 s^4 + 10 s^3 with s = t / ramp up to 1."""
+    """F(t) = r(t) (mean + sum_i A_i sin(2 pi f_i t + phi_i)), r = 6 s^5 - 15 s^4 + 10 s^3, s = min(t / ramp, 1)."""
 
     stackable: ClassVar[bool] = True
 
@@ -211,7 +213,9 @@ class Load(Element):
         wrong = next((child for child in node.children if child.tag not in LAWS), None)
         if wrong is not None:
             raise ModelError(
-                f"<{wrong.tag}> does not belong in a load", where=wrong.source, todo=legal_names(wrong.tag, LAWS, "laws")
+                f"<{wrong.tag}> does not belong in a load",
+                where=wrong.source,
+                todo=legal_names(wrong.tag, LAWS, "laws"),
             )
         if len(children) != 1:
             raise ModelError(
@@ -260,7 +264,7 @@ def _term(node: Node) -> Term:
     return _validated(Term, dict(node.attributes), node)
 
 
-def _validated(cls: Any, values: dict[str, Any], node: Node) -> Any:
+def _validated(cls: type[T], values: dict[str, Any], node: Node) -> T:
     from drillrig_pin.elements.problems import model_error
 
     try:

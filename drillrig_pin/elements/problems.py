@@ -16,7 +16,7 @@ def attribute_names(cls: type[BaseModel]) -> dict[str, Any]:
     return {
         (field.alias or name): field
         for name, field in cls.model_fields.items()
-        if name not in children and field.json_schema_extra is not None or name == "name"
+        if name not in children and (field.json_schema_extra is not None or name == "name")
     }
 
 

@@ -15,9 +15,7 @@ from drillrig_pin.errors import ModelError
 #: Entry point group in which a package offers further elements; the entry's name is the tag.
 GROUP = "drillrig_pin.elements"
 
-FORCES: dict[str, type[Element]] = {
-    cls.tag: cls for cls in (Cylinder, JointSpring, Spring, Contact, Load, JointTorque)
-}
+FORCES: dict[str, type[Element]] = {cls.tag: cls for cls in (Cylinder, JointSpring, Spring, Contact, Load, JointTorque)}
 
 
 @lru_cache(maxsize=1)

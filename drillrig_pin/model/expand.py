@@ -10,7 +10,7 @@ from typing import Any
 from xml.dom import minidom
 
 from drillrig_pin.errors import ModelError, legal_names
-from drillrig_pin.model.nodes import parse_file, short_path
+from drillrig_pin.model.nodes import parse_file, root_element, short_path
 
 # xacro keeps its arguments and its stack of open files in module globals: one expansion at a time.
 _XACRO = threading.Lock()
@@ -31,7 +31,7 @@ def expand(path: Path, arguments: Mapping[str, Any]) -> tuple[minidom.Document, 
     """
     if path.suffix != ".xacro":
         document = parse_file(path)
-        if document.documentElement.hasAttribute("xmlns:xacro"):
+        if root_element(document).hasAttribute("xmlns:xacro"):
             raise ModelError(
                 "a file that uses xacro must be named *.xacro", where=short_path(path), todo="Rename the file."
             )

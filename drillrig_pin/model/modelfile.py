@@ -11,7 +11,7 @@ from xml.dom import minidom
 from drillrig_pin.errors import ModelError, legal_names
 from drillrig_pin.files import MODEL_SUFFIXES, shipped_models
 from drillrig_pin.model.expand import expand
-from drillrig_pin.model.nodes import MAX_BYTES, Node, parse_bytes, short_path, take_nodes
+from drillrig_pin.model.nodes import MAX_BYTES, Node, parse_bytes, root_element, short_path, take_nodes
 
 BLOCK = "drillrig"
 
@@ -112,7 +112,7 @@ def find_model(path_or_name: str | Path) -> Path:
 def _model_file(
     document: minidom.Document, path: str, folder: Path, arguments: dict[str, Any], declared: frozenset[str]
 ) -> ModelFile:
-    element = document.documentElement
+    element = root_element(document)
     if element.tagName != "robot":
         raise ModelError(f"the root element is <{element.tagName}>, not <robot>", where=path)
     for table in element.getElementsByTagName("table"):
@@ -158,4 +158,3 @@ def _inline(table: minidom.Element, document: minidom.Document, folder: Path) ->
     except UnicodeDecodeError:
         raise ModelError("the load table is not text in UTF-8", where=short_path(path)) from None
     table.appendChild(document.createTextNode("\n" + text.strip() + "\n"))
-

@@ -69,6 +69,13 @@ class _StampingBuilder(DefusedExpatBuilderNS):  # type: ignore[misc]
         super().end_element_handler(name)
 
 
+def root_element(document: minidom.Document) -> minidom.Element:
+    """The element that holds all others."""
+    element = document.documentElement
+    assert element is not None  # parse_bytes refuses a document without one
+    return element
+
+
 def parse_bytes(text: bytes, file: str) -> minidom.Document:
     """Parse XML bytes into a stamped DOM.
 

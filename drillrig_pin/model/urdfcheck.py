@@ -61,8 +61,8 @@ def _duplicates(root: Node) -> Iterator[Problem]:
             seen.setdefault(name, node.source)
 
 
-_NUMERIC = ("xyz", "rpy", "value", "ixx", "ixy", "ixz", "iyy", "iyz", "izz", "lower", "upper", "effort", "velocity")
-_NUMERIC += ("radius", "length", "size", "scale", "rgba")
+_NUMERIC = frozenset(("xyz", "rpy", "value", "ixx", "ixy", "ixz", "iyy", "iyz", "izz", "lower", "upper"))
+_NUMERIC |= {"effort", "velocity", "radius", "length", "size", "scale", "rgba"}
 
 
 def _numbers(node: Node) -> Iterator[Problem]:
@@ -115,7 +115,9 @@ def _inertia(link: Node) -> Iterator[Problem]:
         return
     small, middle, large = np.linalg.eigvalsh(matrix)
     if small < -TRIANGLE_SLACK * max(large, 1e-300):
-        yield Problem("error", f"link {name!r}: a principal moment of inertia is negative ({small:g} kg m^2)", tensor.source)
+        yield Problem(
+            "error", f"link {name!r}: a principal moment of inertia is negative ({small:g} kg m^2)", tensor.source
+        )
     elif large > (small + middle) * (1 + TRIANGLE_SLACK):
         yield Problem(
             "warning",
@@ -148,9 +150,10 @@ def _joints(root: Node, links: dict[str, Node]) -> Iterator[Problem]:
                 )
             elif end == "child":
                 if link in parents:
+                    first = parents[link].attributes.get("name")
                     yield Problem(
                         "error",
-                        f"link {link!r} is the child of two joints, {parents[link].attributes.get('name')!r} and {name!r}",
+                        f"link {link!r} is the child of two joints, {first!r} and {name!r}",
                         joint.source,
                         "Close loops with a <loop> element.",
                     )
@@ -163,7 +166,10 @@ def _joints(root: Node, links: dict[str, Node]) -> Iterator[Problem]:
     roots = [name for name in links if name not in parents]
     if len(roots) > 1:
         yield Problem(
-            "error", f"{len(roots)} links have no parent: {', '.join(map(repr, roots))}", root.source, "One may be the root."
+            "error",
+            f"{len(roots)} links have no parent: {', '.join(map(repr, roots))}",
+            root.source,
+            "One may be the root.",
         )
     if links and not roots:
         yield Problem("error", "the joints form a ring without a root", root.source, "Close it with a <loop> element.")

@@ -1,0 +1,83 @@
+"""What a stored run says about the machine itself: kinds of joints, limits of its cylinders, its contacts and loads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from pydantic import ValidationError
+
+from drillrig_pin.elements.contact import Contact
+from drillrig_pin.elements.cylinder import Cylinder
+from drillrig_pin.elements.loads import Harmonics, Load, Table
+from drillrig_pin.errors import ModelError
+from drillrig_pin.model.modelfile import ModelFile, read_model_text
+from drillrig_pin.trajectory import Trajectory
+
+Axis = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Design:
+    """Facts of the model that a result needs in order to be judged.
+
+    Attributes:
+        kinds: URDF type of every joint, by name.
+        relief: gauge pressure at which a cylinder's relief valve opens [Pa], by cylinder.
+        contacts: unit world axis into the rock, by contact element.
+        ramp: longest smooth start among the loads that acted [s]; 0 without one.
+        slowest: lowest frequency among the sines of these loads [Hz]; 0 without one.
+    """
+
+    kinds: dict[str, str]
+    relief: dict[str, float]
+    contacts: dict[str, Axis]
+    ramp: float
+    slowest: float
+
+
+def design_of(trajectory: Trajectory) -> Design:
+    """Read the model text that the run carries.
+
+    Elements that cannot be read any more (a plugin that is not installed here) are left out.
+    """
+    file = read_model_text(trajectory.model)
+    kinds = {
+        joint.attributes.get("name", ""): joint.attributes.get("type", "") for joint in file.root.named("joint")
+    }
+    cylinders, contacts, loads = _built_in(file)
+    acting = [load for load in loads if load.name in trajectory.labels["load"]]
+    ramps = [load.law.ramp for load in acting if not isinstance(load.law, Table)]
+    frequencies = [
+        term.frequency
+        for load in acting
+        if isinstance(load.law, Harmonics)
+        for term in load.law.terms
+        if term.frequency > 0 and term.amplitude != 0
+    ]
+    return Design(
+        kinds,
+        {cylinder.name: cylinder.relief_pressure for cylinder in cylinders},
+        {contact.name: contact.axis for contact in contacts},
+        max(ramps, default=0.0),
+        min(frequencies, default=0.0),
+    )
+
+
+def _built_in(file: ModelFile) -> tuple[list[Cylinder], list[Contact], list[Load]]:
+    found = list(_parsed(file))
+    return (
+        [element for element in found if isinstance(element, Cylinder)],
+        [element for element in found if isinstance(element, Contact)],
+        [element for element in found if isinstance(element, Load)],
+    )
+
+
+def _parsed(file: ModelFile) -> Iterator[Cylinder | Contact | Load]:
+    classes: dict[str, type[Cylinder | Contact | Load]] = {cls.tag: cls for cls in (Cylinder, Contact, Load)}
+    for node in file.elements():
+        if node.tag in classes:
+            try:
+                yield classes[node.tag].from_node(node)
+            except (ModelError, ValidationError):
+                continue

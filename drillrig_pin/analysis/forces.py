@@ -1,0 +1,104 @@
+"""What the machine had to carry: chamber pressures against their limits, reactions of the surroundings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drillrig_pin.analysis.design import Design
+from drillrig_pin.trajectory import Trajectory
+
+#: Standard atmosphere [Pa]: absolute = gauge + this. Results hold gauge pressures.
+ATMOSPHERE = 101_325.0
+#: Below this absolute pressure [Pa] oil releases its air, and the law of the trapped column no longer holds.
+GAS_RELEASE = 1e5
+
+
+@dataclass(frozen=True, slots=True)
+class CylinderRange:
+    """Extremes of one cylinder over the whole run.
+
+    Attributes:
+        cylinder: its name.
+        a_min, a_max, b_min, b_max: absolute pressures of the piston and the annulus chamber [Pa].
+        relief: absolute pressure at which the relief valve would open [Pa]; None if the model no longer tells.
+        below, above: share of time a chamber is below gas release, or above relief, from 0 to 1.
+        force_min, force_max: force of the cylinder, positive pushes the pins apart [N].
+    """
+
+    cylinder: str
+    a_min: float
+    a_max: float
+    b_min: float
+    b_max: float
+    relief: float | None
+    below: float
+    above: float
+    force_min: float
+    force_max: float
+
+
+def cylinder_ranges(trajectory: Trajectory, design: Design) -> tuple[CylinderRange, ...]:
+    """Extremes of every cylinder; pressures are absolute, p = p_gauge + 101 325 Pa."""
+    found = []
+    for name in trajectory.labels["cylinder"]:
+        a = trajectory.of("pressure_a", name) + ATMOSPHERE
+        b = trajectory.of("pressure_b", name) + ATMOSPHERE
+        force = trajectory.of("cylinder_force", name)
+        relief = design.relief[name] + ATMOSPHERE if name in design.relief else None
+        lower, upper = np.minimum(a, b), np.maximum(a, b)
+        found.append(
+            CylinderRange(
+                name,
+                float(a.min()),
+                float(a.max()),
+                float(b.min()),
+                float(b.max()),
+                relief,
+                float((lower < GAS_RELEASE).mean()),
+                float((upper > relief).mean()) if relief is not None else 0.0,
+                float(force.min()),
+                float(force.max()),
+            )
+        )
+    return tuple(found)
+
+
+@dataclass(frozen=True, slots=True)
+class ReactionRange:
+    """One reaction after the start-up transient: least, mean and greatest [unit]; for a contact its share in tension."""
+
+    name: str
+    unit: str
+    least: float
+    mean: float
+    greatest: float
+    tension: float | None = None
+
+
+def reaction_ranges(trajectory: Trajectory, design: Design, steady: slice) -> tuple[ReactionRange, ...]:
+    """Multipliers of all constraint rows, then the contact forces.
+
+    A multiplier of a hold is the force of the surroundings on the machine along a world axis. The force of a contact is
+    counted along its axis into the rock: negative where the rock pushes the tip back, positive (tension) where a
+    bilateral contact pulls at it, which no rock does.
+    """
+    found = []
+    for name in trajectory.labels["constraint"]:
+        values = trajectory.of("reaction", name)[steady]
+        unit = "N m" if is_rotation(name) else "N"
+        found.append(ReactionRange(name, unit, float(values.min()), float(values.mean()), float(values.max())))
+    for name in trajectory.labels["element"]:
+        if name in design.contacts:
+            values = trajectory.of("element_force", name)[steady]
+            pulled = float((values > 0).mean())
+            found.append(
+                ReactionRange(name, "N", float(values.min()), float(values.mean()), float(values.max()), pulled)
+            )
+    return tuple(found)
+
+
+def is_rotation(row: str) -> bool:
+    """Whether a constraint row, by its name, closes a rotation: its residual is a cosine and its multiplier a moment."""
+    return row.rpartition(".")[2] in ("rx", "ry", "rz")

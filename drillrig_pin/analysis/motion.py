@@ -1,0 +1,129 @@
+"""How far things moved: the survey point along the world axes and across the hole, and every joint."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from drillrig_pin.analysis.design import Axis, Design
+from drillrig_pin.kinematics import Array
+from drillrig_pin.trajectory import AXES, Trajectory
+
+#: The point a surveyor's prism sits on; a run without it reports its last tracked point.
+SURVEY_POINT = "S"
+PERIODS = 3.0
+LARGEST_START_UP = 0.2
+
+
+def start_up(trajectory: Trajectory, design: Design) -> float:
+    """Length of the start-up transient that statistics leave out [s].
+
+    The longest ramp of the loads that acted, and three periods of their slowest sine after it, but at most a fifth of
+    the run. Zero for a run without loads: there the start is what one wants to see.
+    """
+    periods = PERIODS / design.slowest if design.slowest > 0 else 0.0
+    end = float(trajectory.time[-1]) if len(trajectory.time) else 0.0
+    return min(design.ramp + periods, LARGEST_START_UP * end)
+
+
+def after(trajectory: Trajectory, start: float) -> slice:
+    """The samples from ``start`` [s] on; all of them if that leaves fewer than two."""
+    first = int(np.searchsorted(trajectory.time, start))
+    return slice(first if len(trajectory.time) - first >= 2 else 0, None)
+
+
+@dataclass(frozen=True, slots=True)
+class AxisMotion:
+    """Motion along one world axis [m]: highest less lowest, RMS about the mean, mean displacement from the start."""
+
+    axis: str
+    peak_to_peak: float
+    rms: float
+    mean: float
+
+
+@dataclass(frozen=True, slots=True)
+class AcrossHole:
+    """Motion perpendicular to the hole [m]: RMS about its mean position, and the farthest it went from there."""
+
+    direction: Axis
+    rms: float
+    farthest: float
+
+
+@dataclass(frozen=True, slots=True)
+class PointMotion:
+    """Motion of one point after the start-up transient; ``across`` only where a contact tells the hole's direction."""
+
+    point: str
+    axes: tuple[AxisMotion, ...]
+    across: AcrossHole | None
+
+
+def survey_point(trajectory: Trajectory) -> str | None:
+    """Name of the survey point: ``S``, else the last tracked point, else None."""
+    points = trajectory.labels["point"]
+    if SURVEY_POINT in points:
+        return SURVEY_POINT
+    return points[-1] if points else None
+
+
+def point_motion(trajectory: Trajectory, point: str, steady: slice, hole: Axis | None = None) -> PointMotion:
+    """Statistics of a point's displacement u over the samples ``steady``.
+
+    peak-to-peak = max u - min u, RMS = sqrt(mean (u - mean u)^2) per axis; across the hole of unit direction n the same
+    for w = u - (u . n) n.
+    """
+    u = trajectory.of("point_displacement", point)[steady]
+    mean = u.mean(axis=0)
+    axes = tuple(
+        AxisMotion(axis, float(np.ptp(u[:, i])), float(np.std(u[:, i])), float(mean[i])) for i, axis in enumerate(AXES)
+    )
+    if hole is None:
+        return PointMotion(point, axes, None)
+    n = np.array(hole)
+    w = u - mean
+    distance = np.linalg.norm(w - np.outer(w @ n, n), axis=1)
+    rms = float(np.sqrt((distance**2).mean()))
+    return PointMotion(point, axes, AcrossHole(hole, rms, float(distance.max())))
+
+
+@dataclass(frozen=True, slots=True)
+class JointRange:
+    """How far one joint moved [unit]: highest less lowest position, in the whole run and after the start-up."""
+
+    joint: str
+    unit: str
+    whole: float
+    steady: float
+
+
+def joint_ranges(trajectory: Trajectory, design: Design, steady: slice) -> tuple[JointRange, ...]:
+    """Range of every joint."""
+    return tuple(
+        JointRange(name, unit, float(np.ptp(values)), float(np.ptp(values[steady])))
+        for name, unit, values in joint_motions(trajectory, design)
+    )
+
+
+def joint_motions(trajectory: Trajectory, design: Design) -> Iterator[tuple[str, str, Array]]:
+    """Name, unit (rad or m) and position less initial position (n) of everything that a joint lets move.
+
+    A continuous joint gives its unwrapped angle; a floating one its three translations and the angle it has turned.
+    """
+    columns = {name: trajectory.q[:, i] for i, name in enumerate(trajectory.labels["joint"])}
+    for joint, kind in design.kinds.items():
+        if kind == "floating" and f"{joint}.qw" in columns:
+            for axis in AXES:
+                values = columns[f"{joint}.{axis}"]
+                yield f"{joint}.{axis}", "m", values - values[0]
+            quaternion = np.stack([columns[f"{joint}.q{c}"] for c in "xyzw"], axis=1)
+            cosine = np.clip(np.abs(quaternion @ quaternion[0]), 0.0, 1.0)
+            yield f"{joint}.turn", "rad", 2.0 * np.arccos(cosine)
+        elif kind == "continuous" and f"{joint}.cos" in columns:
+            angle = np.unwrap(np.arctan2(columns[f"{joint}.sin"], columns[f"{joint}.cos"]))
+            yield joint, "rad", angle - angle[0]
+        elif joint in columns:
+            yield joint, "m" if kind == "prismatic" else "rad", columns[joint] - columns[joint][0]

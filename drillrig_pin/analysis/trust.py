@@ -1,0 +1,88 @@
+"""May this run be believed: how well it kept its constraints and its energy, and what it cost."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drillrig_pin.trajectory import Trajectory
+
+#: Beyond these a run should not be used: constraint error [m or 1], energy residual relative to its reference.
+WORST_ERROR = 1e-6
+WORST_ENERGY = 1e-3
+
+
+@dataclass(frozen=True, slots=True)
+class Trust:
+    """The trust line of a run.
+
+    Attributes:
+        error, rate: greatest |f| [m, or 1 for rotations] and |f_dot| [m/s or 1/s]; None without constraints.
+        residual: greatest |E - E_0 - W_in + W_out| [J].
+        reference: energy the residual is compared with [J]; see :func:`trust`.
+        against: what that energy is: ``work in``, ``energy exchanged`` or ``nothing moved``.
+        relative: residual / reference; None where nothing moved.
+        steps, evaluations: accepted steps and evaluations of the equations.
+        wall_time: of the computation [s].
+        real_time_factor: simulated time / wall time.
+    """
+
+    error: float | None
+    rate: float | None
+    residual: float
+    reference: float
+    against: str
+    relative: float | None
+    steps: int
+    evaluations: int
+    wall_time: float
+    real_time_factor: float | None
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Reasons not to use the run, in words; empty for a sound one."""
+        reasons = []
+        if self.error is not None and not self.error <= WORST_ERROR:
+            reasons.append(f"the constraints drift by {self.error:.2g}")
+        if self.relative is not None and not self.relative <= WORST_ENERGY:
+            reasons.append(f"the energy balance misses {self.relative:.2g} of the {self.against}")
+        return tuple(reasons)
+
+
+def trust(trajectory: Trajectory) -> Trust:
+    """Measure constraint errors and the energy balance over the whole run.
+
+    The energy residual is compared with the greatest |work in| so far. A run without loads has none: there it is the
+    energy exchanged, the greatest range of kinetic, potential or elastic energy. If that is no more than rounding of the
+    total energy, nothing moved and there is no ratio.
+    """
+    residual = float(np.abs(trajectory.energy_residual).max(initial=0.0))
+    reference, against = _reference(trajectory)
+    wall = trajectory.cost.get("wall_time", 0.0)
+    held = trajectory.constraint_error.size > 0
+    return Trust(
+        float(np.abs(trajectory.constraint_error).max()) if held else None,
+        float(np.abs(trajectory.constraint_rate).max()) if held else None,
+        residual,
+        reference,
+        against,
+        residual / reference if reference > 0 else None,
+        int(trajectory.cost.get("steps", trajectory.outcome.steps)),
+        int(trajectory.cost.get("evaluations", 0)),
+        wall,
+        trajectory.outcome.time / wall if wall > 0 else None,
+    )
+
+
+def _reference(trajectory: Trajectory) -> tuple[float, str]:
+    work = float(np.abs(trajectory.work_input).max(initial=0.0))
+    energies = (trajectory.energy_kinetic, trajectory.energy_potential, trajectory.energy_elastic)
+    exchanged = max((float(np.ptp(energy)) for energy in energies if energy.size), default=0.0)
+    size = max((float(np.abs(energy).max()) for energy in energies if energy.size), default=0.0)
+    rounding = 100 * float(np.finfo(float).eps) * size
+    if work > rounding:
+        return work, "work in"
+    if exchanged > rounding:
+        return exchanged, "energy exchanged"
+    return 0.0, "nothing moved"
