@@ -99,7 +99,7 @@ class Constant(_LoadLaw):
 
     def law(self) -> Law:
         """A series without terms."""
-        return HarmonicLaw(self.value, max(self.ramp, 1e-300), (), (), ())
+        return HarmonicLaw(self.value, max(self.ramp, 1e-300), np.zeros(0), np.zeros(0), np.zeros(0))
 
 
 class Term(_LoadLaw):
@@ -127,9 +127,9 @@ class Harmonics(_LoadLaw):
         return HarmonicLaw(
             self.mean,
             max(self.ramp, 1e-300),
-            tuple(term.amplitude for term in terms),
-            tuple(term.frequency for term in terms),
-            tuple(term.phase for term in terms),
+            np.array([term.amplitude for term in terms]),
+            np.array([term.frequency for term in terms]),
+            np.array([term.phase for term in terms]),
         )
 
 

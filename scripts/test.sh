@@ -1,0 +1,12 @@
+#!/usr/bin/env bash
+# Everything run.sh does, then style, types and all tests.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+. scripts/environment.sh
+prepare_environment requirements-test.lock
+.venv/bin/drillrig run -o run.nc
+.venv/bin/drillrig plot run.nc -o figures
+.venv/bin/ruff check .
+.venv/bin/ruff format --check .
+.venv/bin/mypy
+.venv/bin/python -m pytest -n auto --dist loadfile "$@"
