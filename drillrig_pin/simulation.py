@@ -134,8 +134,9 @@ def _require_covered(load: Load, duration: float) -> None:
 def correction_of(scenario: Scenario) -> Correction:
     """The stabilising term a scenario asks for, with automatic values filled in."""
     given = scenario.stabilization
-    step = scenario.integrator.step if scenario.integrator.method == "RK4" else 1.0 / scenario.output_rate
-    automatic = automatic_rate(min(step, 1e-3))
+    # The other methods choose their steps; they are rarely longer than a millisecond on a machine that vibrates.
+    chosen = scenario.integrator
+    automatic = automatic_rate(chosen.step if chosen.method == "RK4" else min(1.0 / scenario.output_rate, 1e-3))
     if given.method == "baumgarte":
         alpha = automatic if given.alpha == "auto" else given.alpha
         return baumgarte(alpha, alpha if given.beta == "auto" else given.beta)
@@ -292,9 +293,10 @@ class Recorder:
             "load": [forces[i].name for i in loads],
         }
         notes = tuple(_notes(dynamics.equilibrium))
+        added = tuple(repr(element) for element in forces if element.name not in rig.sources)
         file = rig.file
         return Trajectory(
-            self._time[:n], arrays, labels, outcome, scenario, file.text, dict(file.arguments), cost, notes
+            self._time[:n], arrays, labels, outcome, scenario, file.text, dict(file.arguments), cost, notes, added
         )
 
 

@@ -72,6 +72,7 @@ class Trajectory:
         arguments: arguments the model was expanded with.
         cost: steps, evaluations, switches, wall time [s].
         notes: assembly and equilibrium in words, warnings.
+        added: force elements made in Python, as text; to run again they must be given again.
     """
 
     time: Array
@@ -83,6 +84,7 @@ class Trajectory:
     arguments: dict[str, Any] = field(repr=False)
     cost: dict[str, float] = field(repr=False)
     notes: tuple[str, ...] = ()
+    added: tuple[str, ...] = ()
 
     def __getattr__(self, name: str) -> Array:
         arrays: dict[str, Array] = self.__dict__.get("arrays", {})
@@ -125,7 +127,7 @@ class Trajectory:
     @property
     def content_hash(self) -> str:
         """SHA-256 of model, scenario and versions: equal hashes mean the same question asked of the same software."""
-        return content_hash(self.model, self.scenario)
+        return content_hash(self.model, self.scenario, self.added)
 
     def save(self, path: str | Path) -> None:
         """Write everything to one NetCDF-4 file; nothing is left behind if that fails (ResultFileError)."""
@@ -147,6 +149,7 @@ class Trajectory:
             "cause": outcome.cause,
             "cost": json.dumps(self.cost),
             "notes": json.dumps(self.notes),
+            "added": json.dumps(self.added),
         }
         write_netcdf(Path(path), columns, {**self.labels, "axis": AXES}, attributes)
 
@@ -202,6 +205,7 @@ def load_trajectory(path: str | Path) -> Trajectory:
             json.loads(attributes["arguments"]),
             json.loads(attributes["cost"]),
             tuple(json.loads(attributes["notes"])),
+            tuple(json.loads(attributes["added"])),
         )
     except Exception as error:
         raise damaged(path, error) from None
@@ -212,7 +216,11 @@ def versions() -> dict[str, str]:
     return {name: version(name) for name in ("drillrig-pin", "pin", "numpy", "scipy")}
 
 
-def content_hash(model: str, scenario: Scenario) -> str:
-    """SHA-256 over the expanded model, the scenario and the versions."""
-    content = {"model": model, "scenario": scenario.model_dump(mode="json"), "versions": versions()}
+def content_hash(model: str, scenario: Scenario, added: tuple[str, ...] = ()) -> str:
+    """SHA-256 over the expanded model, elements added to it, the scenario and the versions.
+
+    The scenario's own `model` and `arguments` only say where the model came from; its expanded text counts.
+    """
+    case = scenario.model_dump(mode="json", exclude={"model", "arguments"})
+    content = {"model": model, "added": added, "scenario": case, "versions": versions()}
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()

@@ -1,0 +1,40 @@
+"""A wheel carries the models and works where there is no checkout."""
+
+import json
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("wheel")
+    command = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation", "-w", str(folder), "."]
+    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
+    (path,) = folder.glob("*.whl")
+    return path
+
+
+def test_wheel_holds_models_scenarios_and_parameters(wheel: Path) -> None:
+    names = set(zipfile.ZipFile(wheel).namelist())
+    for name in ("mkz49.urdf.xacro", "params/mkz49.yaml", "scenarios/hole_9.yaml", "GRAMMAR.md"):
+        assert f"drillrig_pin/urdf/{name}" in names
+
+
+def test_unpacked_wheel_finds_its_models_outside_the_checkout(wheel: Path, tmp_path: Path) -> None:
+    zipfile.ZipFile(wheel).extractall(tmp_path)
+    code = (
+        f"import sys; sys.path.insert(0, {str(tmp_path)!r}); import drillrig_pin, json;"
+        "rig = drillrig_pin.load_rig('mkz49');"
+        "print(json.dumps([drillrig_pin.__file__, rig.file.path, rig.joints]))"
+    )
+    run = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True, capture_output=True, text=True)
+    package, model, joints = json.loads(run.stdout)
+    assert package.startswith(str(tmp_path))
+    assert (tmp_path / model).is_relative_to(tmp_path)
+    assert len(joints) == 6
