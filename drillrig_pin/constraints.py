@@ -125,23 +125,26 @@ class Loop(Constraint):
             direction = resolver.direction(self.start, AXIS[axis], "body")
             yield Row(f"{self.name}.{axis}", Slide(end, direction, start), 0.0, "m", True)
         for axis in self.rotations:
-            # Rotation about `axis` is what moves one of the other two axes out of the plane normal to the third.
             first, second = _perpendicular(axis, self.rotations)
-            base = resolver.direction(self.start, AXIS[first], "body")
+            base = resolver.direction(self.start, first, "body")
             moving = resolver.direction(self.end, AXIS[second], "body")
             yield Row(f"{self.name}.r{axis}", Angle(base, moving), 0.0, "1", True)
 
 
-def _perpendicular(axis: str, closed: tuple[str, ...]) -> tuple[str, str]:
-    """Axes (of the first frame, of the second) that stay perpendicular as long as nothing turns about ``axis``."""
-    others = [a for a in "xyz" if a != axis]
-    if len(closed) == 2:
-        # A hinge about the free axis: its image must stay perpendicular to the other closed axis.
-        free = next(a for a in "xyz" if a not in closed)
-        other = next(a for a in others if a != free)
-        return other, free
+def _perpendicular(axis: str, closed: tuple[str, ...]) -> tuple[tuple[float, float, float], str]:
+    """Direction of the first frame and axis of the second whose scalar product must vanish so that rotation about
+    ``axis`` does.
+
+    Their order is such that the product grows when the second frame turns positively about ``axis`` (moving x base =
+    axis): the multiplier is then the moment about it.
+    """
     cyclic = {"x": ("y", "z"), "y": ("z", "x"), "z": ("x", "y")}
-    return cyclic[axis]
+    second, third = cyclic[axis]
+    if len(closed) == 2 and third not in closed:
+        # A hinge about ``third``: its image must stay perpendicular to ``second``. As x = -(z x y), the sign turns.
+        x, y, z = AXIS[second]
+        return (-x, -y, -z), third
+    return AXIS[third], second
 
 
 CONSTRAINTS: dict[str, type[Constraint]] = {cls.tag: cls for cls in (Hold, Loop)}

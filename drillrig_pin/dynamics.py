@@ -187,13 +187,18 @@ class Dynamics:
             space.update(q, v)
             for _ in range(2):
                 f = space.x_constraint - self.targets
-                if np.abs(f).max() < 1e-15:
+                if max(f.max(), -f.min()) < 1e-15:
                     break
-                q = pin.integrate(model, q, -_weighted_step(M, space.J, f))
+                q = pin.integrate(model, q, -self._smallest(M, f))
                 space.update(q, v)
-            v = v - _weighted_step(M, space.J, space.J @ v)
+            v = v - self._smallest(M, space.J @ v)
         y[:nq], y[nq:end] = q, v
         return y
+
+    def _smallest(self, M: Array, violation: Array) -> Array:
+        """Step with J step = violation that is smallest in the metric M: eq. (57) without forces."""
+        equations = Equations(M, np.zeros(self._nv), self.space.J, violation, violation, violation)
+        return (solve_least_norm(equations) if self.redundant else solve_multipliers(equations, self._kkt))[0]
 
     def switches(self, y: Array) -> Array:
         """Switching functions of all laws at a state, in a fixed order."""
@@ -206,12 +211,6 @@ class Dynamics:
     def breakpoints(self) -> Array:
         """Times at which some law is not smooth."""
         return np.unique(np.concatenate([np.zeros(0), *(group.law.breakpoints() for group in self.groups)]))
-
-
-def _weighted_step(M: Array, J: Array, f: Array) -> Array:
-    """Smallest step in the metric M with J step = f."""
-    Z = np.linalg.solve(M, J.T)
-    return np.asarray(Z @ np.linalg.lstsq(J @ Z, f, rcond=RANK)[0], dtype=float)
 
 
 def solve_multipliers(equations: Equations, workspace: Array | None = None) -> tuple[Array, Array]:

@@ -72,8 +72,9 @@ class Kinematics:
     def __init__(self, model: Any) -> None:
         self.model = model
         self.data = model.createData()
-        self.J: Array = self.data.J
-        self.dJ: Array = self.data.dJ
+        # A tree with one dof has its only column handed over as a vector.
+        self.J: Array = self.data.J.reshape(6, model.nv)
+        self.dJ: Array = self.data.dJ.reshape(6, model.nv)
         self.frames = _frames_view(self.data, model.njoints)
 
     def update(self, q: Array, v: Array) -> None:

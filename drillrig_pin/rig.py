@@ -176,6 +176,28 @@ def build_rig(file: ModelFile, elements: Iterable[Element] = ()) -> Rig:
 
 def assemble_rig(file: ModelFile, elements: Iterable[Element] = ()) -> tuple[Rig, list[Problem]]:
     """Build a rig of whatever is usable, and list what is not. The URDF part must be sound."""
+    parsed, sources, problems = parse_elements(file)
+    for element in elements:
+        if element.name in sources:
+            raise ModelError(f"{element.name!r} is already defined", where=sources[element.name], todo="Rename one.")
+        parsed.append(element)
+    points = {item.name: item for item in parsed if isinstance(item, Point)}
+    gravity = next((item.xyz for item in parsed if isinstance(item, Gravity)), (0.0, 0.0, -9.81))
+    rig = Rig(
+        file.name,
+        file,
+        _pinocchio_model(file, gravity),
+        points,
+        tuple(item for item in parsed if isinstance(item, Element)),
+        tuple(item for item in parsed if isinstance(item, Constraint)),
+        {item.name: item for item in parsed if isinstance(item, Pose)},
+        sources,
+    )
+    return _resolvable(rig, problems)
+
+
+def parse_elements(file: ModelFile) -> tuple[list[BaseModel], dict[str, Source], list[Problem]]:
+    """Read every extension element on its own: what could be read, where each name stands, and what is wrong."""
     problems: list[Problem] = []
     parsed: list[BaseModel] = []
     sources: dict[str, Source] = {}
@@ -191,20 +213,7 @@ def assemble_rig(file: ModelFile, elements: Iterable[Element] = ()) -> tuple[Rig
         except ModelError as error:
             where = error.where if isinstance(error.where, Source) else node.source
             problems.append(Problem("error", error.what, where, error.todo))
-    parsed.extend(elements)
-    points = {item.name: item for item in parsed if isinstance(item, Point)}
-    gravity = next((item.xyz for item in parsed if isinstance(item, Gravity)), (0.0, 0.0, -9.81))
-    rig = Rig(
-        file.name,
-        file,
-        _pinocchio_model(file, gravity),
-        points,
-        tuple(item for item in parsed if isinstance(item, Element)),
-        tuple(item for item in parsed if isinstance(item, Constraint)),
-        {item.name: item for item in parsed if isinstance(item, Pose)},
-        sources,
-    )
-    return _resolvable(rig, problems)
+    return parsed, sources, problems
 
 
 def _element(node: Node) -> BaseModel:

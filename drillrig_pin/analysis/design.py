@@ -42,9 +42,7 @@ def design_of(trajectory: Trajectory) -> Design:
     Elements that cannot be read any more (a plugin that is not installed here) are left out.
     """
     file = read_model_text(trajectory.model)
-    kinds = {
-        joint.attributes.get("name", ""): joint.attributes.get("type", "") for joint in file.root.named("joint")
-    }
+    kinds = {joint.attributes.get("name", ""): joint.attributes.get("type", "") for joint in file.root.named("joint")}
     cylinders, contacts, loads = _built_in(file)
     acting = [load for load in loads if load.name in trajectory.labels["load"]]
     ramps = [load.law.ramp for load in acting if not isinstance(load.law, Table)]

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from drillrig_pin.analysis.design import Design
+from drillrig_pin.elements.cylinder import ATMOSPHERE
 from drillrig_pin.trajectory import Trajectory
 
-#: Standard atmosphere [Pa]: absolute = gauge + this. Results hold gauge pressures.
-ATMOSPHERE = 101_325.0
 #: Below this absolute pressure [Pa] oil releases its air, and the law of the trapped column no longer holds.
 GAS_RELEASE = 1e5
 
@@ -67,7 +66,7 @@ def cylinder_ranges(trajectory: Trajectory, design: Design) -> tuple[CylinderRan
 
 @dataclass(frozen=True, slots=True)
 class ReactionRange:
-    """One reaction after the start-up transient: least, mean and greatest [unit]; for a contact its share in tension."""
+    """One reaction after the start-up transient: least, mean, greatest [unit]; for a contact its share in tension."""
 
     name: str
     unit: str
@@ -100,5 +99,5 @@ def reaction_ranges(trajectory: Trajectory, design: Design, steady: slice) -> tu
 
 
 def is_rotation(row: str) -> bool:
-    """Whether a constraint row, by its name, closes a rotation: its residual is a cosine and its multiplier a moment."""
+    """Whether a constraint row, by its name, closes a rotation: its residual is a cosine, its multiplier a moment."""
     return row.rpartition(".")[2] in ("rx", "ry", "rz")

@@ -110,20 +110,20 @@ def _pressure_warnings(cylinders: tuple[CylinderRange, ...]) -> list[str]:
         for chamber, least, greatest in (("A", c.a_min, c.a_max), ("B", c.b_min, c.b_max)):
             if least < GAS_RELEASE:
                 found.append(
-                    f"{c.cylinder}: chamber {chamber} falls to {least / 1e5:.3g} bar absolute, below {GAS_RELEASE / 1e5:g}"
-                    f" bar: oil releases air and the cylinder gets softer than computed ({100 * c.below:.2g} % of time)"
+                    f"{c.cylinder}: chamber {chamber} falls to {least / 1e5:.3g} bar absolute; below "
+                    f"{GAS_RELEASE / 1e5:g} bar oil releases air and is softer than computed ({c.below:.1%} of time)"
                 )
             if c.relief is not None and greatest > c.relief:
                 found.append(
-                    f"{c.cylinder}: chamber {chamber} rises to {greatest / 1e5:.4g} bar absolute, above its relief pressure"
-                    f" of {c.relief / 1e5:.4g} bar: the valve would open ({100 * c.above:.2g} % of time)"
+                    f"{c.cylinder}: chamber {chamber} rises to {greatest / 1e5:.4g} bar absolute; above "
+                    f"{c.relief / 1e5:.4g} bar its relief valve opens ({c.above:.1%} of time)"
                 )
     return found
 
 
 def _lift_off(reactions: tuple[ReactionRange, ...], design: Design) -> list[str]:
     return [
-        f"{r.name}: the rock pulls at the tip for {100 * r.tension:.2g} % of time: there it would lift off"
+        f"{r.name}: the rock pulls at the tip for {r.tension:.1%} of time, where a real tip lifts off"
         for r in reactions
         if r.tension and r.name in design.contacts
     ]

@@ -55,7 +55,7 @@ class Spectrum:
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """One line of a spectrum: frequency [Hz], amplitude [unit of the signal], where it is largest, share of the power."""
+    """One line of a spectrum: frequency [Hz], amplitude [unit of the signal], its main axis, its share of the power."""
 
     frequency: float
     amplitude: float
@@ -96,7 +96,7 @@ def amplitude_spectrum(time: Array, signals: Array) -> Spectrum | None:
         rfftfreq(length, step),
         2.0 * transform / window.sum(),
         power / whole if whole > 0 else power,
-        1.0 / (n * step),
+        float(1.0 / (n * step)),
     )
 
 
@@ -115,7 +115,8 @@ def strongest_lines(spectrum: Spectrum, names: Sequence[str], count: int = 5) ->
         frequency = float(spectrum.frequency[peak])
         reach = 1.5 * spectrum.bin
         axis = names[int(np.argmax(spectrum.amplitude[peak]))]
-        lines.append(Line(frequency, float(total[peak]), axis, band_share(spectrum, frequency - reach, frequency + reach)))
+        share = band_share(spectrum, frequency - reach, frequency + reach)
+        lines.append(Line(frequency, float(total[peak]), axis, share))
     return tuple(lines)
 
 

@@ -54,8 +54,8 @@ def trust(trajectory: Trajectory) -> Trust:
     """Measure constraint errors and the energy balance over the whole run.
 
     The energy residual is compared with the greatest |work in| so far. A run without loads has none: there it is the
-    energy exchanged, the greatest range of kinetic, potential or elastic energy. If that is no more than rounding of the
-    total energy, nothing moved and there is no ratio.
+    energy exchanged, the greatest range of kinetic, potential or elastic energy. If that is no more than rounding of
+    the total energy, nothing moved and there is no ratio.
     """
     residual = float(np.abs(trajectory.energy_residual).max(initial=0.0))
     reference, against = _reference(trajectory)

@@ -43,7 +43,8 @@ class HarmonicLaw(Law):
         series = self.mean + np.add.reduce(waves, axis=-1)
         if t >= np.max(self.ramp):
             return series  # type: ignore[no-any-return]
-        s = np.minimum(t / self.ramp, 1.0)
+        # Without a ramp the series acts in full from t = 0 on.
+        s = np.where(self.ramp > t, t / np.maximum(self.ramp, 1e-300), 1.0)
         return (s * s * s * (10.0 + s * (6.0 * s - 15.0))) * series  # type: ignore[no-any-return]
 
     def breakpoints(self) -> Array:
@@ -99,7 +100,7 @@ class Constant(_LoadLaw):
 
     def law(self) -> Law:
         """A series without terms."""
-        return HarmonicLaw(self.value, max(self.ramp, 1e-300), np.zeros(0), np.zeros(0), np.zeros(0))
+        return HarmonicLaw(self.value, self.ramp, np.zeros(0), np.zeros(0), np.zeros(0))
 
 
 class Term(_LoadLaw):
@@ -126,7 +127,7 @@ class Harmonics(_LoadLaw):
         terms = self.terms
         return HarmonicLaw(
             self.mean,
-            max(self.ramp, 1e-300),
+            self.ramp,
             np.array([term.amplitude for term in terms]),
             np.array([term.frequency for term in terms]),
             np.array([term.phase for term in terms]),

@@ -1,0 +1,73 @@
+"""Everything wrong or suspicious in a model at once, with file and line."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from drillrig_pin.check_pose import check_pose
+from drillrig_pin.constraints import Loop
+from drillrig_pin.elements.cylinder import Cylinder
+from drillrig_pin.elements.springs import Spring
+from drillrig_pin.errors import ModelError, Source
+from drillrig_pin.model.modelfile import ModelFile, read_model
+from drillrig_pin.model.urdfcheck import Problem, check_urdf
+from drillrig_pin.rig import Rig, assemble_rig, parse_elements
+
+
+def check_model(path_or_name: str | Path, arguments: Mapping[str, Any] | None = None) -> list[Problem]:
+    """Findings about a model file: errors first, each kind in the order of the files.
+
+    A file that cannot be read at all is one finding. Otherwise: links, joints and inertias; extension elements and the
+    names they use; elements with both ends on one body; then every pose (the zero position where the model names
+    none): joint limits, strokes, lever arms, assembly, redundant constraints, static balance and pressures.
+    """
+    try:
+        file = read_model(path_or_name, arguments)
+    except ModelError as error:
+        return [_as_problem(error, str(path_or_name))]
+    problems = list(check_urdf(file.root))
+    if any(problem.severity == "error" for problem in problems):
+        # Without a sound tree there is no machine to place, but every element can still be read on its own.
+        return _sorted([*problems, *parse_elements(file)[2]])
+    return _sorted([*problems, *_check_rig(file)])
+
+
+def _check_rig(file: ModelFile) -> list[Problem]:
+    try:
+        rig, problems = assemble_rig(file)
+    except ModelError as error:
+        return [_as_problem(error, file.path)]
+    problems = [*problems, *_same_body(rig)]
+    sound = not any(problem.severity == "error" for problem in problems)
+    for pose in rig.poses or [None]:
+        problems += check_pose(rig, pose, statics=sound)
+    return problems
+
+
+def _same_body(rig: Rig) -> list[Problem]:
+    """Elements between two points of one body can do nothing."""
+    found = []
+    for item in (*rig.forces, *rig.constraints):
+        if isinstance(item, Cylinder | Spring | Loop) and rig.point(item.start).joint == rig.point(item.end).joint:
+            found.append(
+                Problem(
+                    "warning",
+                    f"<{item.tag} {item.name!r}>: {item.start!r} and {item.end!r} sit on one body, it moves nothing",
+                    rig.sources.get(item.name, Source(rig.file.path)),
+                    "Put one end on another link.",
+                )
+            )
+    return found
+
+
+def _as_problem(error: ModelError, path: str) -> Problem:
+    where = error.where
+    source = where if isinstance(where, Source) else Source(str(where) if where is not None else path)
+    return Problem("error", error.what, source, error.todo)
+
+
+def _sorted(problems: list[Problem]) -> list[Problem]:
+    unique = list(dict.fromkeys(problems))
+    return sorted(unique, key=lambda problem: problem.severity != "error")

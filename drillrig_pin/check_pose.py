@@ -1,0 +1,176 @@
+"""Is one pose of a machine sound: joint limits, strokes, lever arms, constraints, static balance, pressures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from drillrig_pin.assembly import Assembly, assemble_state
+from drillrig_pin.elements.cylinder import ATMOSPHERE, Cylinder
+from drillrig_pin.errors import AssemblyError, Source
+from drillrig_pin.kinematics import Array
+from drillrig_pin.model.urdfcheck import Problem
+from drillrig_pin.rig import Rig
+from drillrig_pin.statics import find_equilibrium
+from drillrig_pin.workspace import Workspace
+
+#: Share of its stroke a cylinder should have to spare at both ends.
+SPARE = 0.1
+#: Shortest lever arm [m] with which a cylinder should turn a joint.
+LEVER_ARM = 0.1
+#: A cylinder whose length follows a slide by more than this [m/m] drives the slide; its lever arms do not matter.
+DRIVES_SLIDE = 0.5
+#: Pins closer than this [m] are one point: the line between them has no direction.
+COINCIDENT = 1e-6
+#: Absolute pressure [Pa] below which oil releases its air.
+GAS_RELEASE = 1e5
+#: Unbalanced static forces below this [N or N m] are rounding.
+BALANCED = 1e-6
+
+
+def check_pose(rig: Rig, pose: str | None, *, statics: bool = True) -> list[Problem]:
+    """Findings about a named pose; None: all joints at zero. Statics only for a model without errors so far."""
+    label = f"pose {pose!r}" if pose is not None else "the zero position"
+    where = rig.sources.get(pose or "", Source(rig.file.path))
+    q = rig.configuration(pose)
+    problems = list(_limits(rig, q, label, where))
+    with np.errstate(all="ignore"):
+        try:
+            assembly = assemble_state(rig, q, np.zeros(rig.model.nv))
+        except (AssemblyError, np.linalg.LinAlgError) as error:
+            what = error.what if isinstance(error, AssemblyError) else "the constraints cannot be evaluated"
+            todo = error.todo if isinstance(error, AssemblyError) else ""
+            return [*problems, Problem("error", f"{label}: {what}", where, todo)]
+        problems += _redundant(rig, assembly, label)
+        problems += _cylinders(rig, assembly.q, label)
+        if statics and not any(problem.severity == "error" for problem in problems):
+            problems += _statics(rig, assembly, label, where)
+    return problems
+
+
+def _limits(rig: Rig, q: Array, label: str, where: Source) -> Iterator[Problem]:
+    model = rig.model
+    for name, joint in zip(rig.joints, list(model.joints)[1:], strict=True):
+        if joint.nq != 1:
+            continue
+        value = q[joint.idx_q]
+        low, high = model.lowerPositionLimit[joint.idx_q], model.upperPositionLimit[joint.idx_q]
+        if not low <= value <= high:
+            yield Problem(
+                "error",
+                f"{label}: joint {name!r} stands at {value:.4g}, outside its limits {low:.4g} to {high:.4g}",
+                where,
+                "Change the pose or the joint's <limit>.",
+            )
+
+
+def _redundant(rig: Rig, assembly: Assembly, label: str) -> Iterator[Problem]:
+    by_constraint: dict[str, list[str]] = {}
+    for row in assembly.redundant:
+        by_constraint.setdefault(row.rpartition(".")[0], []).append(row)
+    for name, rows in by_constraint.items():
+        yield Problem(
+            "warning",
+            f"{label}: redundant constraint {', '.join(map(repr, rows))}: it follows from the rows before it",
+            rig.sources.get(name, Source(rig.file.path)),
+            "The motion is right; how the reaction is shared among dependent rows is a least-norm choice.",
+        )
+
+
+def _cylinders(rig: Rig, q: Array, label: str) -> Iterator[Problem]:
+    cylinders = [element for element in rig.forces if isinstance(element, Cylinder)]
+    space = Workspace(rig, cylinders)
+    space.update(q, np.zeros(rig.model.nv))
+    for cylinder, i in zip(cylinders, space.index, strict=True):
+        where = rig.sources.get(cylinder.name, Source(rig.file.path))
+        length = float(space.x[i])
+        if not length > COINCIDENT:
+            yield Problem(
+                "error",
+                f"{label}: pins {cylinder.start!r} and {cylinder.end!r} of cylinder {cylinder.name!r} coincide",
+                where,
+                "Move one of them: the cylinder has no direction.",
+            )
+            continue
+        yield from _stroke(cylinder, length, label, where)
+        yield from _lever_arm(rig, cylinder, space.rows[i], label, where)
+
+
+def _stroke(cylinder: Cylinder, length: float, label: str, where: Source) -> Iterator[Problem]:
+    shortest, longest = cylinder.length_range
+    used = (length - shortest) / cylinder.stroke
+    facts = f"{length:.4f} m long, its stroke runs from {shortest:.4f} to {longest:.4f} m"
+    if not 0 < used < 1:
+        yield Problem(
+            "error",
+            f"{label}: cylinder {cylinder.name!r} is outside its stroke: {facts}",
+            where,
+            "Move a pin, change length_retracted or the dead lengths, or change the pose.",
+        )
+    elif not SPARE <= used <= 1 - SPARE:
+        yield Problem(
+            "warning",
+            f"{label}: cylinder {cylinder.name!r} is within {100 * SPARE:g} % of an end of its stroke: {facts}",
+            where,
+        )
+
+
+def _lever_arm(rig: Rig, cylinder: Cylinder, row: Array, label: str, where: Source) -> Iterator[Problem]:
+    kinds = {node.attributes.get("name"): node.attributes.get("type") for node in rig.file.root.named("joint")}
+    turned = [(abs(float(arm)), name) for arm, name in zip(row, rig.dof_names, strict=True) if _turns(kinds.get(name))]
+    slides = [abs(float(rate)) for rate, name in zip(row, rig.dof_names, strict=True) if kinds.get(name) == "prismatic"]
+    if max(slides, default=0.0) > DRIVES_SLIDE:
+        return
+    arm, joint = max(turned, default=(0.0, ""))
+    if joint and arm < LEVER_ARM:
+        yield Problem(
+            "warning",
+            f"{label}: cylinder {cylinder.name!r} has a lever arm of {arm:.3g} m on joint {joint!r}, "
+            f"less than {LEVER_ARM:g} m",
+            where,
+            "Small arms mean large forces; move a pin away from the joint's axis.",
+        )
+
+
+def _turns(kind: str | None) -> bool:
+    return kind in ("revolute", "continuous")
+
+
+def _statics(rig: Rig, assembly: Assembly, label: str, where: Source) -> Iterator[Problem]:
+    equilibrium = find_equilibrium(rig, assembly)
+    loose = [
+        f"{name!r} ({force:.3g})"
+        for name, force in zip(rig.dof_names, equilibrium.unbalanced, strict=True)
+        if not abs(force) <= BALANCED
+    ]
+    if loose:
+        yield Problem(
+            "warning",
+            f"{label}: nothing carries the weight on {', '.join(loose)} [N or N m]: the machine does not rest here",
+            where,
+            "Add a cylinder, spring, torque or hold, or expect it to move by itself.",
+        )
+    for cylinder in rig.forces:
+        if not isinstance(cylinder, Cylinder):
+            continue
+        source = rig.sources.get(cylinder.name, Source(rig.file.path))
+        for chamber, pressure in zip("AB", equilibrium.pressures[cylinder.name], strict=True):
+            bar = (pressure + ATMOSPHERE) / 1e5
+            if pressure + ATMOSPHERE < GAS_RELEASE:
+                yield Problem(
+                    "warning",
+                    f"{label}: chamber {chamber} of cylinder {cylinder.name!r} rests at {bar:.4g} bar absolute, "
+                    "below 1 bar: its oil releases air",
+                    source,
+                    "Raise its precharge.",
+                )
+            if pressure > cylinder.relief_pressure:
+                limit = (cylinder.relief_pressure + ATMOSPHERE) / 1e5
+                yield Problem(
+                    "warning",
+                    f"{label}: chamber {chamber} of cylinder {cylinder.name!r} rests at {bar:.4g} bar absolute, "
+                    f"above its relief pressure of {limit:.4g} bar",
+                    source,
+                    "Take a larger bore or a longer lever arm.",
+                )

@@ -1,0 +1,88 @@
+"""Printing: readable tables for people, one JSON document for machines."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import os
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console, JustifyMethod, RenderableType
+
+#: Width of text that goes to a file or a pipe.
+WIDTH = 100
+
+
+def console(*, stderr: bool = False) -> Console:
+    """A console on stdout (or stderr) that wraps nothing a machine may read."""
+    from rich.console import Console
+
+    stream = sys.stderr if stderr else sys.stdout
+    width = None if stream.isatty() or "COLUMNS" in os.environ else WIDTH
+    return Console(stderr=stderr, highlight=False, width=width)
+
+
+def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], *, text: int = 1) -> RenderableType:
+    """A plain table under its title; the first ``text`` columns are words, the others numbers."""
+    from rich.console import Group
+    from rich.table import Table
+    from rich.text import Text
+
+    body = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    for i, column in enumerate(columns):
+        justify: JustifyMethod = "left" if i < text else "right"
+        body.add_column(column, justify=justify, header_style="dim", no_wrap=i == 0 or i >= text)
+    for row in rows:
+        body.add_row(*(Text(cell) for cell in row))
+    # A table wraps its own title to its own width; a line of text above it does not.
+    return Group(Text(title, style="bold", no_wrap=True), body) if title else body
+
+
+def print_json(document: Mapping[str, Any]) -> None:
+    """Write one JSON document to stdout; NaN and infinity, which JSON lacks, become null."""
+    sys.stdout.write(json.dumps(plain(document), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+
+
+def plain(value: Any) -> Any:
+    """Dataclasses, tuples and numpy numbers as what JSON knows."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, str) or value is None or isinstance(value, bool | int):
+        return value
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if isinstance(value, Iterable):
+        return [plain(item) for item in value]
+    return str(value)
+
+
+def number(value: float | None, digits: int = 4) -> str:
+    """A number with significant digits, without exponents where they can be helped; a dash for None."""
+    if value is None:
+        return "–"
+    if not math.isfinite(value):
+        return str(value)
+    if value == 0:
+        return "0"
+    size = math.floor(math.log10(abs(value)))
+    if -4 <= size < 6:
+        return f"{value:.{max(0, digits - 1 - size)}f}"
+    return f"{value:.{digits - 1}e}"
+
+
+def decimals(value: float | None, places: int) -> str:
+    """A number with fixed decimals, so that a column lines up; a dash for None."""
+    return "–" if value is None else f"{value:.{places}f}"
+
+
+def percent(share: float) -> str:
+    """A share of 1 as percent."""
+    return f"{100 * share:.1f} %"

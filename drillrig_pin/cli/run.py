@@ -1,0 +1,150 @@
+"""The main command: simulate a case, keep the result, say what it means."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from drillrig_pin.cli.case import Json, OptionalModelName, ScenarioName, Settings, read_rig, read_scenario
+from drillrig_pin.cli.files import require_writable
+from drillrig_pin.cli.guard import INTERRUPTED, STOPPED_EARLY
+from drillrig_pin.cli.output import console, print_json
+
+if TYPE_CHECKING:
+    from drillrig_pin.analysis.metrics import Metrics
+    from drillrig_pin.rig import Rig
+    from drillrig_pin.simulation import Progress
+    from drillrig_pin.trajectory import Trajectory
+
+
+def run(
+    model: OptionalModelName = None,
+    scenario: ScenarioName = None,
+    settings: Settings = None,
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Result file (NetCDF-4).")] = Path(
+        "run.nc"
+    ),
+    json: Json = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no tables.")] = False,
+) -> None:
+    """Simulate a case, save it to one file and print what a designer reads first.
+
+    An existing result file is replaced once the new one is complete. Ctrl-C stops the run and keeps what it has.
+
+    Example:  [bold]drillrig run[/]
+
+    Example:  [bold]drillrig run mkz49 --set model.boom_length=2.1 --set scenario.duration=5 -o longer.nc[/]
+    """
+    require_writable(output)
+    case = read_scenario(model, scenario, settings)
+    rig = read_rig(case)
+    from drillrig_pin.simulation import simulate
+
+    with _progress(case.duration, shown=not quiet and sys.stderr.isatty()) as tick:
+        trajectory = simulate(rig, case, progress=tick)
+    replaced = output.exists()
+    trajectory.save(output)
+    metrics = _measured(trajectory)
+    if json:
+        print_json(_document(trajectory, metrics, rig, output))
+    else:
+        _report(trajectory, metrics, rig, output, replaced=replaced, quiet=quiet)
+    _leave(trajectory)
+
+
+def _measured(trajectory: Trajectory) -> Metrics | None:
+    """Metrics of a run that has anything to measure."""
+    import numpy as np
+
+    from drillrig_pin.analysis.metrics import measure
+
+    if len(trajectory.time) < 2:
+        return None
+    # The last samples of a run that diverged may be too large to be squared.
+    with np.errstate(all="ignore"):
+        return measure(trajectory)
+
+
+def _leave(trajectory: Trajectory) -> None:
+    from drillrig_pin.errors import Status
+
+    if trajectory.outcome.status is Status.INTERRUPTED:
+        raise typer.Exit(INTERRUPTED)
+    if not trajectory.outcome.completed:
+        raise typer.Exit(STOPPED_EARLY)
+
+
+def _document(trajectory: Trajectory, metrics: Metrics | None, rig: Rig, output: Path) -> dict[str, Any]:
+    outcome = trajectory.outcome
+    return {
+        "scenario": trajectory.scenario.name,
+        "model": rig.file.path,
+        "arguments": trajectory.arguments,
+        "output": str(output),
+        "content_hash": trajectory.content_hash,
+        "status": {
+            "name": outcome.status.name,
+            "completed": outcome.completed,
+            "time": outcome.time,
+            "steps": outcome.steps,
+            "cause": outcome.cause,
+            "advice": outcome.status.advice,
+        },
+        "units": "SI; pressures absolute; RMS about the mean",
+        "metrics": metrics,
+        "notes": trajectory.notes,
+        "assumed_parameters": [row.name for row in rig.file.parameters().values() if row.assumed],
+    }
+
+
+def _report(
+    trajectory: Trajectory, metrics: Metrics | None, rig: Rig, output: Path, *, replaced: bool, quiet: bool
+) -> None:
+    outcome = trajectory.outcome
+    out = console()
+    if not quiet:
+        from drillrig_pin.cli.summary import print_summary
+
+        out.print(
+            f"[bold]{trajectory.scenario.name}[/]: {rig.file.path}, {trajectory.time[-1]:g} s"
+            if len(trajectory.time)
+            else ""
+        )
+        if metrics is not None:
+            print_summary(out, metrics)
+        for note in trajectory.notes:
+            out.print(f"note: {note}", markup=False)
+        assumed = sum(row.assumed for row in rig.file.parameters().values())
+        if assumed:
+            out.print(
+                f"{assumed} numbers of this model are assumed, printed in no source: "
+                f"drillrig params {trajectory.scenario.model} --assumed",
+                markup=False,
+            )
+    if outcome.completed:
+        if not quiet:
+            out.print(
+                f"Saved to {output}{' (replaced)' if replaced else ''}. Next: drillrig plot {output}", markup=False
+            )
+        return
+    kept = f"{len(trajectory.time)} samples are kept in {output}"
+    console(stderr=True).print(f"stopped early: {outcome} {kept}.", markup=False, style="red", soft_wrap=True)
+
+
+@contextmanager
+def _progress(duration: float, *, shown: bool) -> Iterator[Progress | None]:
+    """A bar on stderr that takes the simulated time."""
+    if not shown:
+        yield None
+        return
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("simulating"), BarColumn(), TextColumn("{task.completed:.2f} of {task.total:g} s"))
+    with Progress(*columns, TimeRemainingColumn(), console=console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=duration)
+        yield lambda t: bar.update(task, completed=t)

@@ -1,0 +1,142 @@
+"""The table at the end of a run."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from drillrig_pin.cli.output import decimals, number, percent, table
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from rich.console import Console, RenderableType
+
+    from drillrig_pin.analysis.forces import CylinderRange
+    from drillrig_pin.analysis.metrics import Metrics
+    from drillrig_pin.analysis.motion import JointRange
+    from drillrig_pin.analysis.trust import Trust
+
+
+def print_summary(out: Console, metrics: Metrics) -> None:
+    """Print every section that has content."""
+    left, right = _survey(metrics), _frequencies(metrics)
+    _side_by_side(out, left, right)
+    _side_by_side(out, _joints(metrics), _reactions(metrics))
+    if metrics.cylinders:
+        out.print(_cylinders(metrics.cylinders), "")
+    for line in trust_lines(metrics.trust):
+        out.print(line, markup=False, style="bold")
+    for warning in metrics.warnings:
+        out.print(f"warning: {warning}", markup=False, style="yellow", soft_wrap=True)
+
+
+def _side_by_side(out: Console, *sections: RenderableType | None) -> None:
+    from rich.table import Table
+
+    shown = [section for section in sections if section is not None]
+    if shown:
+        grid = Table.grid(padding=(0, 4, 0, 0))
+        grid.add_row(*shown)
+        out.print(grid, "")
+
+
+def _length(values: Iterable[float]) -> tuple[str, float]:
+    """Unit and factor that suit a column of lengths given in metres."""
+    largest = max((abs(value) for value in values if math.isfinite(value)), default=0.0)
+    for unit, factor in (("m", 1.0), ("mm", 1e3), ("µm", 1e6)):
+        if largest * factor >= 1.0:
+            return unit, factor
+    return "µm", 1e6
+
+
+def _survey(metrics: Metrics) -> RenderableType | None:
+    motion = metrics.survey
+    if motion is None:
+        return None
+    unit, factor = _length([axis.peak_to_peak for axis in motion.axes])
+    rows = [
+        (axis.axis, number(axis.peak_to_peak * factor), number(axis.rms * factor), number(axis.mean * factor))
+        for axis in motion.axes
+    ]
+    if motion.across is not None:
+        rows.append(
+            ("across hole (⌀)", number(2 * motion.across.farthest * factor), number(motion.across.rms * factor), "")
+        )
+    after = f", after {metrics.start_up:.3g} s" if metrics.start_up > 0 else ""
+    return table(f"Point {motion.point}{after}", ("axis", f"pk-pk {unit}", f"RMS {unit}", f"mean {unit}"), rows)
+
+
+def _frequencies(metrics: Metrics) -> RenderableType | None:
+    found = metrics.frequencies
+    if found is None or metrics.survey is None or not found.lines:
+        return None
+    unit, factor = _length([line.amplitude for line in found.lines])
+    rows = [
+        (decimals(line.frequency, 2), number(line.amplitude * factor), line.axis, percent(line.share))
+        for line in found.lines
+    ]
+    rows.append(("0–15", "", "", percent(found.boom_share)))
+    rows.append(("15–80", "", "", percent(found.hammer_share)))
+    title = f"Its frequencies, ±{number(found.bin / 2, 2)} Hz"
+    return table(title, ("Hz", f"amplitude {unit}", "mainly", "share"), rows)
+
+
+def _joints(metrics: Metrics) -> RenderableType | None:
+    if not metrics.joints:
+        return None
+    rows = []
+    for joint in metrics.joints:
+        unit, factor = _joint_unit(joint)
+        rows.append((joint.joint, number(joint.whole * factor), number(joint.steady * factor), unit))
+    return table("Range of the joints", ("joint", "whole run", "after start-up", ""), rows)
+
+
+def _joint_unit(joint: JointRange) -> tuple[str, float]:
+    return ("°", 180.0 / math.pi) if joint.unit == "rad" else ("mm", 1e3)
+
+
+def _reactions(metrics: Metrics) -> RenderableType | None:
+    if not metrics.reactions:
+        return None
+    largest = max(max(abs(r.least), abs(r.greatest)) for r in metrics.reactions)
+    unit, factor = ("k", 1e-3) if largest >= 1e4 else ("", 1.0)
+    rows = []
+    for r in metrics.reactions:
+        pulled = "" if r.tension is None else percent(r.tension)
+        numbers = [number(value * factor) for value in (r.least, r.mean, r.greatest)]
+        rows.append((r.name, *numbers, f"{unit}{r.unit}", pulled))
+    return table("Force of the face on the machine", ("", "min", "mean", "max", "", "in tension"), rows)
+
+
+def _cylinders(cylinders: tuple[CylinderRange, ...]) -> RenderableType:
+    def span(low: float, high: float, factor: float) -> str:
+        return f"{decimals(low * factor, 1)} … {decimals(high * factor, 1)}"
+
+    rows = [
+        (
+            c.cylinder,
+            span(c.a_min, c.a_max, 1e-5),
+            span(c.b_min, c.b_max, 1e-5),
+            decimals(c.relief * 1e-5 if c.relief is not None else None, 0),
+            span(c.force_min, c.force_max, 1e-3),
+        )
+        for c in cylinders
+    ]
+    heads = ("cylinder", "chamber A", "chamber B", "relief", "force kN")
+    return table("Pressures, bar absolute (1 bar: gas release)", heads, rows)
+
+
+def trust_lines(trust: Trust) -> list[str]:
+    """May this run be believed, and what did it cost: two lines of numbers."""
+    words = []
+    if trust.error is not None and trust.rate is not None:
+        words.append(f"max |f| {trust.error:.1e} m, max |df/dt| {trust.rate:.1e} m/s")
+    if trust.relative is not None:
+        words.append(f"energy residual {trust.relative:.1e} of {number(trust.reference, 3)} J {trust.against}")
+    else:
+        words.append(f"energy residual {trust.residual:.1e} J, nothing moved")
+    cost = [f"{trust.steps} steps", f"{trust.evaluations} evaluations", f"{trust.wall_time:.1f} s"]
+    if trust.real_time_factor is not None:
+        cost.append(f"{number(trust.real_time_factor, 2)} x real time")
+    return ["Trust: " + "; ".join(words), "Cost:  " + ", ".join(cost)]
