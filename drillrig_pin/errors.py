@@ -67,11 +67,18 @@ class ResultFileError(DrillrigError):
     """A result file cannot be read or written."""
 
 
+#: Longer lists of legal names would hide the sentence they belong to.
+LISTED = 40
+
+
 def legal_names(given: str, legal: Iterable[str], kind: str) -> str:
-    """Advice for a misspelt name: the nearest legal one first, then all of them."""
+    """Advice for a misspelt name: the nearest legal one first, then all of them (of a long list the nearest few)."""
     names = sorted(legal)
     near = difflib.get_close_matches(given, names, n=1, cutoff=0.6)
     hint = f"Did you mean {near[0]!r}? " if near else ""
+    if len(names) > LISTED:
+        nearest = difflib.get_close_matches(given, names, n=6, cutoff=0.0)
+        return f"{hint}There are {len(names)} legal {kind}, nearest: {', '.join(nearest)}."
     return f"{hint}Legal {kind}: {', '.join(names) if names else 'none'}."
 
 

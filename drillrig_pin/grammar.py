@@ -34,7 +34,8 @@ def grammar_page() -> str:
     """The whole page in Markdown."""
     parts = [INTRODUCTION, "## Declarations\n", *_sections({**DECLARATIONS}.values())]
     parts += ["Inside `<pose>`:\n", _section(PoseJoint)]
-    parts += ["## Forces\n", *_sections(FORCES.values()), "Inside `<load>`, exactly one of:\n", *_sections(LAWS.values())]
+    parts += ["## Forces\n", *_sections(FORCES.values())]
+    parts += ["Inside `<load>`, exactly one of:\n", *_sections(LAWS.values())]
     parts += ["Inside `<harmonics>`:\n", _section(Term), "## Constraints\n", *_sections(CONSTRAINTS.values())]
     return "\n".join(parts).rstrip() + "\n"
 

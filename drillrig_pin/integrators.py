@@ -20,6 +20,7 @@ from drillrig_pin.kinematics import Array
 
 #: Points inside a step at which switching functions are looked at, as fractions: a short contact is not missed.
 LOOKS = (0.25, 0.5, 0.75, 1.0)
+NOT_FINITE = "the state is not a finite number any more"
 #: How exactly a switch is located [s].
 SWITCH_TIME = 1e-13
 
@@ -50,11 +51,11 @@ class Settings:
 
 
 class StoppedError(Exception):
-    """The integration cannot go on; carries the status, the time reached and the cause."""
+    """The integration cannot go on; carries the status, the time reached, the cause and the last sound state."""
 
-    def __init__(self, status: Status, time: float, cause: str) -> None:
+    def __init__(self, status: Status, time: float, cause: str, state: Array) -> None:
         super().__init__(status, time, cause)
-        self.status, self.time, self.cause = status, time, cause
+        self.status, self.time, self.cause, self.state = status, time, cause, state
 
 
 class RK4(OdeSolver):  # type: ignore[misc]
@@ -137,13 +138,19 @@ def _solver(system: System, t: float, y: Array, bound: float, settings: Settings
 
 def _advance(solver: Any, counter: Counter) -> None:
     """One accepted step, or StoppedError."""
-    before = solver.nfev
-    message = solver.step()
+    before, state = solver.nfev, solver.y
+    try:
+        message = solver.step()
+    except ValueError as error:
+        # Radau's linear algebra refuses what is not finite.
+        if isinstance(error, np.linalg.LinAlgError) or "infs or NaNs" not in str(error):
+            raise
+        raise StoppedError(Status.DIVERGED, float(solver.t), NOT_FINITE, state) from None
     counter.evaluations += solver.nfev - before
     if solver.status == "failed":
-        raise StoppedError(Status.STEP_TOO_SMALL, float(solver.t), " ".join((message or "").split()))
+        raise StoppedError(Status.STEP_TOO_SMALL, float(solver.t), " ".join((message or "").split()).rstrip("."), state)
     if not np.isfinite(solver.y).all():
-        raise StoppedError(Status.DIVERGED, float(solver.t), "the state is not a finite number any more")
+        raise StoppedError(Status.DIVERGED, float(solver.t), NOT_FINITE, state)
     counter.steps += 1
 
 

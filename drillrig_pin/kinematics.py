@@ -2,7 +2,8 @@
 
 Notation: ``X_j`` placement of joint j in the world, ``J`` the 6 x nv matrix whose column k is the unit twist of dof k
 at the world origin in world axes (linear part first), ``S_j`` the 0/1 support of joint j: which dofs move it. The
-spatial velocity of the body on joint j is ``V_j = J (S_j * v)``, its spatial acceleration at zero ``a`` ``dJ (S_j * v)``.
+spatial velocity of the body on joint j is ``V_j = J (S_j * v)``, its spatial acceleration at zero ``a`` is
+``dJ (S_j * v)``.
 """
 
 from __future__ import annotations

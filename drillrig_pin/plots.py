@@ -94,7 +94,10 @@ def draw_joints(figure: Figure, trajectory: Trajectory, design: Design) -> bool:
 
 
 def draw_survey_point(figure: Figure, trajectory: Trajectory, design: Design) -> bool:
-    """Displacement of the survey point along the world axes, and its path across the hole in the Y-Z plane."""
+    """Displacement of the survey point along the world axes, and its path in the Y-Z plane, across the hole.
+
+    Without a contact to say where the hole is, the path is shown in the plane of the two largest motions.
+    """
     point = survey_point(trajectory)
     if point is None:
         return False
@@ -114,13 +117,15 @@ def draw_survey_point(figure: Figure, trajectory: Trajectory, design: Design) ->
     path = figure.add_subplot(grid[:, 1])
     begin = after(trajectory, start_up(trajectory, design))
     first = begin.start or 0
-    path.plot(u[: first + 1, 1] * factor, u[: first + 1, 2] * factor, color="0.75", label="start-up")
-    path.plot(u[first:, 1] * factor, u[first:, 2] * factor, color="tab:blue", alpha=0.7, label="after it")
+    i, j = (1, 2) if design.contacts else sorted(np.argsort(np.ptp(u, axis=0))[-2:])
+    if first:
+        path.plot(u[: first + 1, i] * factor, u[: first + 1, j] * factor, color="0.75", label="start-up")
+    path.plot(u[first:, i] * factor, u[first:, j] * factor, color="tab:blue", alpha=0.7, label="path")
     path.plot(0, 0, "k+", label="start")
     path.set_aspect("equal", adjustable="datalim")
-    path.set_xlabel(f"y [{label}]")
-    path.set_ylabel(f"z [{label}]")
-    path.set_title("path in the Y–Z plane")
+    path.set_xlabel(f"{AXES[i]} [{label}]")
+    path.set_ylabel(f"{AXES[j]} [{label}]")
+    path.set_title(f"path in the {AXES[i].upper()}–{AXES[j].upper()} plane")
     path.legend(loc="upper right")
     return True
 
@@ -144,7 +149,7 @@ def draw_spectra(figure: Figure, trajectory: Trajectory, design: Design) -> bool
     lines = strongest_lines(spectrum, AXES)
     for i, (panel, axis) in enumerate(zip(panels, AXES, strict=True)):
         panel.plot(spectrum.frequency[shown], spectrum.amplitude[shown, i] * factor, color=COLOURS[axis])
-        if floor > 0:
+        if floor > 0 and (spectrum.amplitude[shown, i] > 0).any():
             panel.set_yscale("log")
             panel.set_ylim(bottom=floor)
         panel.axvspan(*BOOM_BAND, color="tab:orange", alpha=0.08, lw=0)
@@ -260,7 +265,8 @@ def _stack(figure: Figure, count: int, title: str, each: float = 1.25) -> list[A
 def _time_axis(panels: list[Axes], trajectory: Trajectory) -> None:
     """Time from the first to the last sample, labelled in the last row."""
     for panel in panels:
-        if panel.get_subplotspec().is_last_row():
+        place = panel.get_subplotspec()
+        if place is None or place.is_last_row():
             panel.set_xlabel("time [s]")
         panel.set_xlim(float(trajectory.time[0]), float(trajectory.time[-1]))
 

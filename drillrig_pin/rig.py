@@ -237,6 +237,8 @@ def _pinocchio_model(file: ModelFile, gravity: tuple[float, float, float]) -> An
         model = pin.buildModelFromXML(file.text)
     except Exception as error:
         raise ModelError(f"Pinocchio cannot load the model ({' '.join(str(error).split())})", where=file.path) from None
+    if model.nv == 0:
+        raise ModelError("the model has no moving joint", where=file.path, todo="Nothing of it could vibrate.")
     model.gravity.linear = np.array(gravity)
     return model
 

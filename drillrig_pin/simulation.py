@@ -30,6 +30,9 @@ from drillrig_pin.trajectory import Trajectory
 
 Progress = Callable[[float], None]
 
+#: A run that breaks down while a cylinder is nearer to an end than this fraction of its stroke broke down there.
+SPARE = 0.1
+
 
 def simulate(rig: Rig, scenario: Scenario | None = None, progress: Progress | None = None) -> Trajectory:
     """Simulate one case and return everything that happened.
@@ -152,7 +155,7 @@ def _march(
     counter: Counter,
     progress: Progress | None,
 ) -> Outcome:
-    rank = _rank(dynamics.space.J) if dynamics.space.m else 0
+    watch = RankWatch()
     t = 0.0
     status, cause = Status.COMPLETED, ""
     every = max(1, len(samples) // 200)
@@ -162,26 +165,63 @@ def _march(
                 dynamics, dynamics.initial(), samples, dynamics.breakpoints(), _settings(dynamics, scenario), counter
             )
             for t, y in steps:
+                broken = _broken_cylinder(dynamics)
+                if broken:
+                    raise StoppedError(Status.DIVERGED, t, broken, y)
+                watch.look(dynamics.space.J)
                 recorder.record(t, y)
-                if rank and _rank(dynamics.space.J) < rank:
-                    raise SingularConfigurationError("the constraint Jacobian has lost rank")
                 if progress is not None and recorder.count % every == 0:
                     progress(t)
     except StoppedError as stopped:
         status, t, cause = stopped.status, stopped.time, stopped.cause
-        broken = _broken_cylinder(dynamics)
+        dynamics.evaluate_forces(t, *np.split(stopped.state[:-2], [dynamics.rig.model.nq]))
+        broken = _broken_cylinder(dynamics, SPARE)
         if broken:
             status, cause = Status.DIVERGED, broken
     except (SingularConfigurationError, np.linalg.LinAlgError):
-        status, cause = Status.SINGULAR, f"constraints {', '.join(row.name for row in dynamics.rig.rows)}"
+        rows = ", ".join(row.name for row in dynamics.rig.rows)
+        status, cause = Status.SINGULAR, f"constraints {rows}" if rows else "a moving link without mass"
     except KeyboardInterrupt:
         status = Status.INTERRUPTED
     return Outcome(status, float(t), counter.steps, cause)
 
 
-def _rank(J: Array) -> int:
-    values = np.linalg.svd(J, compute_uv=False)
-    return int((values > RANK * values[0]).sum())
+class RankWatch:
+    """Notices that the constraint Jacobian loses rank at a sample, or has passed through a loss since the last one.
+
+    Where it does, its smallest singular value crosses zero: the value itself is positive again behind it, but one of its
+    two singular vectors has changed sign, or both have turned because the motion took another path. Beyond such a point
+    there is more than one path, and the equations cannot say which one the machine takes.
+    """
+
+    #: A singular value below this fraction of the largest may be on its way through zero.
+    WEAK = 0.05
+    #: Cosine above which the vectors of two samples are those of one smooth motion.
+    SAME = 0.5
+
+    def __init__(self) -> None:
+        self._rank = 0
+        self._largest = 0.0
+        self._weakest: tuple[float, Array, Array] | None = None
+
+    def look(self, J: Array) -> None:
+        """Take in the Jacobian of the next sample; SingularConfigurationError if rank is or was lost."""
+        if not len(J):
+            return
+        U, values, V = np.linalg.svd(J, full_matrices=False)
+        self._largest = max(self._largest, float(values[0]))
+        rank = int((values > RANK * self._largest).sum())
+        if self._weakest is None:
+            self._rank = rank
+        if rank < self._rank or rank == 0:
+            raise SingularConfigurationError("the constraint Jacobian has lost rank")
+        value, left, right = float(values[rank - 1]), U[:, rank - 1], V[rank - 1]
+        if self._weakest is not None:
+            before, left_before, right_before = self._weakest
+            same = float((left @ left_before) * (right @ right_before))
+            if max(value, before) < self.WEAK * self._largest and same < self.SAME:
+                raise SingularConfigurationError("the constraint Jacobian has passed through a loss of rank")
+        self._weakest = value, left, right
 
 
 def _settings(dynamics: Dynamics, scenario: Scenario) -> Settings:
@@ -200,11 +240,15 @@ def _settings(dynamics: Dynamics, scenario: Scenario) -> Settings:
     )
 
 
-def _broken_cylinder(dynamics: Dynamics) -> str:
+def _broken_cylinder(dynamics: Dynamics, spare: float = 0.0) -> str:
+    """Says which cylinder left its stroke, or moves towards an end that is nearer than ``spare`` of its stroke."""
     for element, i in zip(dynamics.forces, dynamics.space.index, strict=True):
         if isinstance(element, Cylinder):
             shortest, longest = element.length_range
-            length = float(dynamics.x[i])
-            if not shortest < length < longest:
+            length, rate = float(dynamics.x[i]), float(dynamics.x_dot[i])
+            margin = spare * element.stroke
+            if length <= shortest or length >= longest:
                 return f"cylinder {element.name!r} left its stroke (length {length:.4f} m)"
+            if (length <= shortest + margin and rate < 0) or (length >= longest - margin and rate > 0):
+                return f"cylinder {element.name!r} runs against the end of its stroke (length {length:.4f} m)"
     return ""

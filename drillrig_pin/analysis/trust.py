@@ -11,6 +11,8 @@ from drillrig_pin.trajectory import Trajectory
 #: Beyond these a run should not be used: constraint error [m or 1], energy residual relative to its reference.
 WORST_ERROR = 1e-6
 WORST_ENERGY = 1e-3
+#: Energy [J] below which a machine is at rest: the elastic energy of a locked oil column is rounded at about this.
+NOTHING = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +57,7 @@ def trust(trajectory: Trajectory) -> Trust:
 
     The energy residual is compared with the greatest |work in| so far. A run without loads has none: there it is the
     energy exchanged, the greatest range of kinetic, potential or elastic energy. If that is no more than rounding of
-    the total energy, nothing moved and there is no ratio.
+    the total energy or ``NOTHING``, nothing moved and there is no ratio.
     """
     residual = float(np.abs(trajectory.energy_residual).max(initial=0.0))
     reference, against = _reference(trajectory)
@@ -80,7 +82,7 @@ def _reference(trajectory: Trajectory) -> tuple[float, str]:
     energies = (trajectory.energy_kinetic, trajectory.energy_potential, trajectory.energy_elastic)
     exchanged = max((float(np.ptp(energy)) for energy in energies if energy.size), default=0.0)
     size = max((float(np.abs(energy).max()) for energy in energies if energy.size), default=0.0)
-    rounding = 100 * float(np.finfo(float).eps) * size
+    rounding = max(100 * float(np.finfo(float).eps) * size, NOTHING)
     if work > rounding:
         return work, "work in"
     if exchanged > rounding:

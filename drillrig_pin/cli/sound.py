@@ -125,6 +125,8 @@ def static(
     if units:
         carried = [(n, number(float(f)), u) for (n, u), f in zip(units.items(), rest.reaction, strict=True)]
         out.print(table("Reactions of holds and loops on the machine", ("row", "value", "unit"), carried))
+    if not (cylinders or others or units):
+        out.print("Nothing in this model holds: no cylinders, springs or constraints.")
     if not rest.at_rest:
         loose = [
             f"{name} ({number(float(force))})"

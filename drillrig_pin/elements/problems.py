@@ -23,7 +23,8 @@ def attribute_names(cls: type[BaseModel]) -> dict[str, Any]:
 def model_error(error: ValidationError, cls: type[BaseModel], node: Node) -> ModelError:
     """The first finding as a ModelError; further ones are counted."""
     findings = error.errors(include_url=False)
-    first = findings[0]
+    # A misspelt attribute is found twice, as one too many and one too few; the word as written says more.
+    first = next((finding for finding in findings if finding["type"] == "extra_forbidden"), findings[0])
     name = str(first["loc"][0]) if first["loc"] else ""
     label = f"<{node.tag}{' ' + repr(node.attributes['name']) if 'name' in node.attributes else ''}>"
     legal = attribute_names(cls)

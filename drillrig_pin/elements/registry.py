@@ -31,7 +31,16 @@ def force_class(tag: str) -> type[Element] | None:
     if tag not in plugin_tags():
         return None
     (entry, *_) = entry_points(group=GROUP, name=tag)
-    cls = entry.load()
+    try:
+        cls = entry.load()
+    except Exception as error:
+        # Code of another package: whatever it raises, the model cannot be read with it.
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise ModelError(
+            f"the element <{tag}> cannot be imported ({reason})",
+            where=entry.value,
+            todo="Repair or reinstall the package that offers it.",
+        ) from None
     if not (isinstance(cls, type) and issubclass(cls, Element)):
         raise ModelError(
             f"the entry point {tag!r} of group {GROUP} is not an Element class",

@@ -66,6 +66,8 @@ def _run_xacro(path: Path, arguments: Mapping[str, Any]) -> tuple[minidom.Docume
             # An expression in the file may raise anything; all of it means that the file is at fault.
             place = " in ".join(short_path(file) for file in xacro.filestack or [] if file) or short_path(path)
             reason = " ".join(str(error).split()) or type(error).__name__
+            # A model that stops with xacro.fatal has said what is wrong; the expression that says so adds nothing.
+            reason = reason.split(" when evaluating expression 'xacro.fatal(")[0]
             raise ModelError(f"xacro cannot expand the model: {reason}", where=place) from None
         finally:
             xacro.parse = original
