@@ -67,6 +67,14 @@ class ResultFileError(DrillrigError):
     """A result file cannot be read or written."""
 
 
+def shown(value: object) -> str:
+    """A given value as it appears in a sentence: quoted, and cut if it is long."""
+    text = repr(value)
+    return text if len(text) <= SHOWN else f"{text[:SHOWN]}..."
+
+
+#: Longer values would hide the sentence they belong to.
+SHOWN = 80
 #: Longer lists of legal names would hide the sentence they belong to.
 LISTED = 40
 

@@ -9,12 +9,13 @@ from typing import Annotated, Any, Literal, Self
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from drillrig_pin.errors import ScenarioError, legal_names
+from drillrig_pin.errors import ScenarioError, legal_names, shown
 from drillrig_pin.files import shipped_scenarios
 from drillrig_pin.model.nodes import short_path
 
 MAX_BYTES = 1_000_000
 MAX_SAMPLES = 50_000_000
+MAX_DEPTH = 20
 
 Positive = Annotated[float, Field(gt=0)]
 AutoOrPositive = Literal["auto"] | Positive
@@ -152,10 +153,15 @@ def load_scenario(path_or_name: str | Path, **changes: Any) -> Scenario:
 
 
 def _load_yaml(raw: bytes) -> Any:
-    """Plain YAML; aliases are refused, since a few of them can unfold into gigabytes."""
+    """Plain YAML; aliases are refused, since a few of them can unfold into gigabytes, and so is absurd nesting."""
     text = raw.decode()
-    if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text, Loader=yaml.SafeLoader)):
-        raise ValueError("aliases are not allowed in a scenario")
+    depth = 0
+    for event in yaml.parse(text, Loader=yaml.SafeLoader):
+        if isinstance(event, yaml.AliasEvent):
+            raise ValueError("aliases are not allowed in a scenario")
+        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        if depth > MAX_DEPTH:
+            raise ValueError(f"nested deeper than {MAX_DEPTH} levels")
     return yaml.safe_load(text)
 
 
@@ -172,7 +178,6 @@ def _scenario_error(error: ValidationError) -> ScenarioError:
         what, todo = f"the scenario has no field {field!r}", legal_names(names[-1], part.model_fields, "fields")
     else:
         message = first["msg"].removeprefix("Value error, ").removeprefix("Input ")
-        given = first.get("input")
-        what = f"scenario.{field} = {given!r} {message}" if field else message
+        what = f"scenario.{field} = {shown(first.get('input'))} {message}" if field else message
         todo = ""
     return ScenarioError(what, todo=todo)

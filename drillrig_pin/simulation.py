@@ -189,9 +189,9 @@ def _march(
 class RankWatch:
     """Notices that the constraint Jacobian loses rank at a sample, or has passed through a loss since the last one.
 
-    Where it does, its smallest singular value crosses zero: the value itself is positive again behind it, but one of its
-    two singular vectors has changed sign, or both have turned because the motion took another path. Beyond such a point
-    there is more than one path, and the equations cannot say which one the machine takes.
+    Where it does, its smallest singular value crosses zero: the value itself is positive again behind it, but one of
+    its two singular vectors has changed sign, or both have turned because the motion took another path. Beyond such a
+    point there is more than one path, and the equations cannot say which one the machine takes.
     """
 
     #: A singular value below this fraction of the largest may be on its way through zero.

@@ -126,7 +126,7 @@ def slider_crank(crank: float = 0.2, rod: float = 0.6, extension: str = "", grav
 
 
 def four_bar(lengths: Vec = (1.0, 0.35, 0.9, 0.7), closure: str = 'translations="x y"', extension: str = "") -> str:
-    """Ground (along x), crank, coupler, rocker in the x-y plane, hinges about z; crank and rocker stand on the ground."""
+    """Ground (along x), crank, coupler, rocker in the x-y plane, hinges about z; the loop is `closure`."""
     ground, crank, coupler, rocker = lengths
     return robot(
         link("crank", 1.0, (crank / 2, 0, 0), (0.001, 0.012, 0.012)),

@@ -13,7 +13,9 @@ from drillrig_pin.kinematics import Array
 from drillrig_pin.workspace import Workspace
 
 PRINTED = {"face.y": 0.350, "face.z": 1.710}
-FLOATING = tree('<hold name="pin" point="L" axes="x y z" target="0.9 0.4 0.5"/><loop name="tie" from="B" to="R" translations="y"/>')
+FLOATING = tree(
+    '<hold name="pin" point="L" axes="x y z" target="0.9 0.4 0.5"/><loop name="tie" from="B" to="R" translations="y"/>'
+)
 
 
 def jacobian(rig: Rig, q: Array) -> tuple[Array, Array]:
@@ -79,7 +81,9 @@ def test_nothing_moves_where_the_constraints_already_hold(mkz49: Rig) -> None:
 
 def test_rows_held_at_their_initial_value_take_it_after_loops_have_closed() -> None:
     rig = load_rig_text(four_bar(extension='<point name="M" link="coupler"/><hold name="stop" point="M" axes="y"/>'))
-    result = assembled(rig, rig.configuration(None, {"crank_joint": 0.4, "coupler_joint": 0.3, "rocker_joint": 1.2}), {})
+    result = assembled(
+        rig, rig.configuration(None, {"crank_joint": 0.4, "coupler_joint": 0.3, "rocker_joint": 1.2}), {}
+    )
     x, _ = jacobian(rig, result.q)
     assert result.targets[2] == x[2] != 0.0
 
@@ -88,7 +92,11 @@ def test_rows_held_at_their_initial_value_take_it_after_loops_have_closed() -> N
     ("extension", "row", "open_by"),
     [
         ('<hold name="far" point="P" axes="x z" target="0 2"/>', "far.z", 2.0 - 0.9),
-        ('<hold name="one" point="P" axes="x" target="0.5"/><hold name="two" point="P" axes="x" target="0.6"/>', "one.x|two.x", 0.05),
+        (
+            '<hold name="one" point="P" axes="x" target="0.5"/><hold name="two" point="P" axes="x" target="0.6"/>',
+            "one.x|two.x",
+            0.05,
+        ),
     ],
     ids=["out of reach", "contradiction"],
 )

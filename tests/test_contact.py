@@ -44,7 +44,6 @@ def bounce(t: Array, v0: float) -> tuple[Array, list[float]]:
     speed = v0 * np.cos(omega * leave)
     flight = 2 * speed / G
     # Back below: from z = sag with -speed through the lowest point to z = sag with +speed.
-    touch = 2 * (np.pi - np.arcsin(sag * omega / v0)) / omega - (np.pi / omega - 2 * leave) - 0.0
     touch = (np.pi + 2 * np.arcsin(sag * omega / v0)) / omega
     z[t <= leave] = v0 / omega * np.sin(omega * t[t <= leave])
     start, switches = leave, [leave]
@@ -130,9 +129,7 @@ def test_at_rest_the_ground_carries_the_weight_as_preload(mode: str) -> None:
     np.testing.assert_allclose(run.of("element_force", "ground"), -MASS * G, rtol=1e-12)
 
 
-@given(
-    depth=st.floats(-1e-2, 1e-2), rate=st.floats(-5, 5), damping=st.floats(0, 1e3), preload=st.floats(0, 1e3)
-)
+@given(depth=st.floats(-1e-2, 1e-2), rate=st.floats(-5, 5), damping=st.floats(0, 1e3), preload=st.floats(0, 1e3))
 def test_unilateral_contact_pushes_never_pulls_and_never_creates_energy(
     depth: float, rate: float, damping: float, preload: float
 ) -> None:

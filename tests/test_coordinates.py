@@ -27,21 +27,21 @@ def _direction(rig: Rig, point: str, *axis: float) -> Anchor:
 
 
 def _coordinates(rig: Rig) -> dict[str, Coordinate]:
-    O, B, L, R = (rig.point(name) for name in "OBLR")
+    origin, B, L, R = (rig.point(name) for name in "OBLR")
     skew = tuple((np.array([1.0, 2.0, -2.0]) / 3).tolist())
     return {
         "joint, revolute": rig.joint("elbow"),
         "joint, prismatic": rig.joint("stretch"),
         "joint, continuous": rig.joint("spin"),
-        "line, world to body": Line(O, L),
-        "line, body to world": Line(L, O),
+        "line, world to body": Line(origin, L),
+        "line, body to world": Line(L, origin),
         "line, body to body": Line(L, R),
         "line, along one branch": Line(B, L),
         "slide, world axis": Slide(L, world_direction(skew), world_point()),
-        "slide, world axis and point": Slide(R, world_direction(skew), O),
+        "slide, world axis and point": Slide(R, world_direction(skew), origin),
         "slide, axis of the base": Slide(L, _direction(rig, "B", 1, 2, 3), B),
         "slide, axis of another branch": Slide(L, _direction(rig, "R", -1, 1, 2), R),
-        "slide of a world point in a body": Slide(O, _direction(rig, "L", 0, 1, 1), L),
+        "slide of a world point in a body": Slide(origin, _direction(rig, "L", 0, 1, 1), L),
         "angle, world to body": Angle(world_direction(skew), _direction(rig, "L", 1, 1, 0)),
         "angle, body to body": Angle(_direction(rig, "R", 1, 0, 2), _direction(rig, "L", 0, 1, -1)),
     }
@@ -103,7 +103,11 @@ def test_bias_of_all_constraint_kinds_together_equals_each_alone(rig: Rig, rng: 
     kinds = _coordinates(rig)
     slides = [kinds[n] for n in NAMES if n.startswith("slide")]
     angles = [kinds[n] for n in NAMES if n.startswith("angle")]
-    others = [kinds["joint, continuous"], kinds["line, body to body"], Turn(rig.point("L").joint, world_direction((0, 0, 1)))]
+    others = [
+        kinds["joint, continuous"],
+        kinds["line, body to body"],
+        Turn(rig.point("L").joint, world_direction((0, 0, 1))),
+    ]
     kinematics = Kinematics(rig.model)
     # Forces first, constraints last, as a workspace orders them.
     together = CoordinateSet(rig.model, [*others, *slides, *angles], len(slides) + len(angles))

@@ -86,7 +86,10 @@ def test_stored_energy_is_the_integral_of_the_force(law: str, fraction: float, h
     bound = cylinder(law).bind(LENGTH, held)
     reach = min(bound.l_A, bound.l_B)
     work, error = quad(
-        lambda x: float(bound.force(np.array([x]), np.zeros(1), 0.0)[0]), LENGTH, LENGTH + fraction * reach, epsrel=1e-12
+        lambda x: float(bound.force(np.array([x]), np.zeros(1), 0.0)[0]),
+        LENGTH,
+        LENGTH + fraction * reach,
+        epsrel=1e-12,
     )
     stored = float(bound.energy(np.array([LENGTH + fraction * reach]))[0])
     # Closed form against quadrature: both lose a few digits where large parts cancel, hence the absolute part of 1 uJ.

@@ -34,7 +34,9 @@ def rig_dynamics(mkz49: Rig) -> Dynamics:
     return prepare(mkz49, Scenario())
 
 
-def test_both_forms_agree_on_the_rig_at_a_thousand_random_states(rig_dynamics: Dynamics, rng: np.random.Generator) -> None:
+def test_both_forms_agree_on_the_rig_at_a_thousand_random_states(
+    rig_dynamics: Dynamics, rng: np.random.Generator
+) -> None:
     rig, q0 = rig_dynamics.rig, rig_dynamics.equilibrium.assembly.q
     worst = 0.0
     for _ in range(STATES):
@@ -65,7 +67,7 @@ def test_both_forms_agree_on_loops_at_a_thousand_random_states(text: str, rng: n
     assert worst <= 1e-9
 
 
-def _at(rig: Rig, q: Array):  # noqa: ANN202 - the equilibrium of an open state, for evaluation only
+def _at(rig: Rig, q: Array):
     from drillrig_pin.assembly import Assembly
     from drillrig_pin.statics import find_equilibrium
 
@@ -86,7 +88,9 @@ def test_both_forms_agree_on_redundant_rows(rng: np.random.Generator) -> None:
     assert relative(reaction, eliminated) <= 1e-9
 
 
-def test_the_solution_satisfies_the_equations_it_was_asked_for(rig_dynamics: Dynamics, rng: np.random.Generator) -> None:
+def test_the_solution_satisfies_the_equations_it_was_asked_for(
+    rig_dynamics: Dynamics, rng: np.random.Generator
+) -> None:
     q, v = random_state(rig_dynamics.rig, rig_dynamics.equilibrium.assembly.q, 0.02, rng)
     e = rig_dynamics.assemble(1.0, q, v)
     a, reaction = solve_multipliers(e)

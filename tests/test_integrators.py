@@ -116,7 +116,9 @@ def test_a_free_body_falls_and_keeps_its_angular_momentum(method: str) -> None:
 
 def test_a_continuous_joint_turns_many_times_without_losing_its_circle() -> None:
     wheel = robot(
-        link("wheel", 1.0), joint("axle", "continuous", "world", "wheel"), extension=NO_GRAVITY + point("P", "wheel", (1, 0, 0))
+        link("wheel", 1.0),
+        joint("axle", "continuous", "world", "wheel"),
+        extension=NO_GRAVITY + point("P", "wheel", (1, 0, 0)),
     )
     run = simulate(load_rig_text(wheel), Scenario(duration=2.0, output_rate=500, velocities={"axle": 50.0}))
     angle = np.unwrap(np.arctan2(run.q[:, 1], run.q[:, 0]))

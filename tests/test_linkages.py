@@ -84,7 +84,9 @@ def test_slider_crank_accelerates_as_its_equation_with_one_coordinate(crank_run:
         """Positions of the three centres of mass as functions of the crank angle, (3, 2, n); absolute rod angle."""
         rod = crank_motion(theta)[0] + theta
         centre_crank = CRANK / 2 * np.array([np.cos(theta), np.sin(theta)])
-        centre_rod = np.array([CRANK * np.cos(theta), CRANK * np.sin(theta)]) + ROD / 2 * np.array([np.cos(rod), np.sin(rod)])
+        centre_rod = np.array([CRANK * np.cos(theta), CRANK * np.sin(theta)]) + ROD / 2 * np.array(
+            [np.cos(rod), np.sin(rod)]
+        )
         return np.array([centre_crank, centre_rod, [crank_motion(theta)[1], 0 * theta]]), rod
 
     _check_acceleration(crank_run, parts, masses=(2.0, 1.0, 3.0), moments=(0.01, 0.03))
@@ -109,7 +111,8 @@ def test_four_bar_accelerates_as_its_equation_with_one_coordinate(bar_run: Traje
         angle = relative + theta
         centre = [
             crank / 2 * np.array([np.cos(theta), np.sin(theta)]),
-            np.array([crank * np.cos(theta), crank * np.sin(theta)]) + coupler_length / 2 * np.array([np.cos(angle), np.sin(angle)]),
+            np.array([crank * np.cos(theta), crank * np.sin(theta)])
+            + coupler_length / 2 * np.array([np.cos(angle), np.sin(angle)]),
             np.array([ground + rocker_length / 2 * np.cos(phi), rocker_length / 2 * np.sin(phi)]),
         ]
         return np.array(centre), angle, phi
@@ -139,7 +142,9 @@ def _check_acceleration(
         return np.einsum("b,bin->n", weight, rates[0] ** 2) + turning
 
     h = 1e-3
-    slope = (inertia(theta - 2 * h) - 8 * inertia(theta - h) + 8 * inertia(theta + h) - inertia(theta + 2 * h)) / (12 * h)
+    slope = (inertia(theta - 2 * h) - 8 * inertia(theta - h) + 8 * inertia(theta + h) - inertia(theta + 2 * h)) / (
+        12 * h
+    )
     gravity = 9.81 * np.einsum("b,bn->n", weight, derivative(lambda s: parts(s)[0], theta)[:, 1])
     expected = -(0.5 * slope * run.v[:, 0] ** 2 + gravity) / inertia(theta)
     # Two nested five-point rules leave about 1e-9 of accelerations of up to 100 rad/s^2.

@@ -48,7 +48,8 @@ def test_without_a_ramp_a_load_acts_from_the_first_instant() -> None:
 
 def test_a_sum_of_harmonics_gives_the_integral_of_its_terms() -> None:
     run = pushed(
-        '<harmonics mean="1"><term amplitude="4" frequency="3" phase="0.7"/><term amplitude="2" frequency="11"/></harmonics>'
+        '<harmonics mean="1"><term amplitude="4" frequency="3" phase="0.7"/>'
+        '<term amplitude="2" frequency="11"/></harmonics>'
     )
     t, v = run.time, run.time / MASS
     for amplitude, frequency, phase in ((4, 3, 0.7), (2, 11, 0.0)):

@@ -74,7 +74,9 @@ def test_the_tip_lies_where_the_printed_angles_put_it(mkz49: Rig, hole_9: Equili
     space = Workspace(mkz49, ())
     space.update(hole_9.assembly.q, np.zeros(6))
     tip = space.points()[mkz49.tracked.index("E")]
-    np.testing.assert_allclose(tip, np.array(ORIGINS["feed_beam"]) + 1.929 * np.array([0.8862, 0.0383, -0.4618]), atol=2e-4)
+    np.testing.assert_allclose(
+        tip, np.array(ORIGINS["feed_beam"]) + 1.929 * np.array([0.8862, 0.0383, -0.4618]), atol=2e-4
+    )
 
 
 def test_masses_and_tensors_are_those_of_table_6(mkz49: Rig) -> None:
@@ -100,9 +102,13 @@ def test_centres_of_mass_are_those_of_table_2(mkz49: Rig) -> None:
 
 
 def test_printed_readings_can_be_chosen() -> None:
-    printed = load_rig("mkz49", inertia_reading="printed", com_reading="printed", cylinder_law="printed", load_reading="printed")
+    printed = load_rig(
+        "mkz49", inertia_reading="printed", com_reading="printed", cylinder_law="printed", load_reading="printed"
+    )
     np.testing.assert_allclose(body_inertia(printed, "feed_beam").lever, (0, 0.561, 0), atol=1e-12)
-    np.testing.assert_allclose(np.diag(body_inertia(printed, "upper_boom").inertia), (0.2135, 2.9135, 2.9135), rtol=1e-9)
+    np.testing.assert_allclose(
+        np.diag(body_inertia(printed, "upper_boom").inertia), (0.2135, 2.9135, 2.9135), rtol=1e-9
+    )
     elements = {element.name: element for element in printed.forces}
     assert elements["lift_cylinder"].law == "printed"
     assert elements["drilling_force"].frame == "world"
@@ -127,7 +133,9 @@ def test_each_cylinder_starts_with_a_tenth_of_its_stroke_to_spare(mkz49: Rig, ho
         assert 0.1 <= used <= 0.9, cylinder.name
 
 
-def test_each_cylinder_that_turns_a_joint_has_a_lever_arm_of_a_tenth_of_a_metre(mkz49: Rig, hole_9: Equilibrium) -> None:
+def test_each_cylinder_that_turns_a_joint_has_a_lever_arm_of_a_tenth_of_a_metre(
+    mkz49: Rig, hole_9: Equilibrium
+) -> None:
     cylinders = [element for element in mkz49.forces if isinstance(element, Cylinder)]
     space = Workspace(mkz49, cylinders)
     space.update(hole_9.assembly.q, np.zeros(6))

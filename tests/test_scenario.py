@@ -54,16 +54,18 @@ def test_the_default_is_hole_9_for_ten_seconds_at_one_kilohertz() -> None:
         ("a: !!python/object/apply:os.system [ls]", ("YAML",)),
         ("a: &x [1]\nb: *x", ("aliases",)),
         (b"\xff\xfe\x00", ("YAML",)),
-        ("[" * 5000, ("YAML",)),
+        ("[" * 500_000, ("YAML", "nested deeper")),
         ("text: " + "x" * 2_000_000, ("larger than 1 MB",)),
         ("text: " + "x" * 20_000, ("scenario.text",)),
     ],
 )
-def test_faults_of_a_scenario_are_one_sentence_with_the_field(tmp_path: Path, text: str | bytes, words: tuple[str, ...]) -> None:
+def test_faults_of_a_scenario_are_one_sentence_with_the_field(
+    tmp_path: Path, text: str | bytes, words: tuple[str, ...]
+) -> None:
     sentence = refused(tmp_path, text)
     for word in words:
         assert word in sentence, sentence
-    assert len(sentence) < 1500
+    assert len(sentence) < 600
 
 
 def test_an_alias_bomb_is_refused_before_it_unfolds(tmp_path: Path) -> None:
@@ -86,12 +88,14 @@ def test_an_empty_file_is_the_default_case_under_its_own_name(tmp_path: Path) ->
 
 def test_changes_are_given_by_dotted_names(tmp_path: Path) -> None:
     (tmp_path / "mine.yaml").write_text("integrator:\n  method: RK4\n")
-    case = load_scenario(tmp_path / "mine.yaml", **{"integrator.step": 1e-4, "positions.boom_lift": 1.2, "targets.face.y": 0.3})
+    case = load_scenario(
+        tmp_path / "mine.yaml", **{"integrator.step": 1e-4, "positions.boom_lift": 1.2, "targets.face.y": 0.3}
+    )
     assert (case.integrator.method, case.integrator.step) == ("RK4", 1e-4)
     assert case.positions == {"boom_lift": 1.2}
     assert case.targets == {"face.y": 0.3}
     assert case.changed({"duration": 2.0}).integrator == case.integrator
-    with pytest.raises(ScenarioError, match="no field 'integrator.stp'"):
+    with pytest.raises(ScenarioError, match=r"no field 'integrator\.stp'"):
         case.changed({"integrator.stp": 1.0})
     with pytest.raises(ScenarioError, match="'duration' has no fields"):
         case.changed({"duration.x": 1.0})
@@ -114,7 +118,9 @@ def test_a_scenario_cannot_be_changed_by_accident() -> None:
         ({"loads": ["drilling_forse"]}, "no load 'drilling_forse'.*Did you mean 'drilling_force'"),
     ],
 )
-def test_a_scenario_that_does_not_fit_the_model_names_what_would(mkz49: Rig, case: dict[str, object], words: str) -> None:
+def test_a_scenario_that_does_not_fit_the_model_names_what_would(
+    mkz49: Rig, case: dict[str, object], words: str
+) -> None:
     with pytest.raises(ScenarioError, match=words):
         simulate(mkz49, Scenario(duration=0.1, **case))
 

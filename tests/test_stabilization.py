@@ -32,7 +32,7 @@ def disturbed(settings: dict[str, object]) -> tuple[Array, Array, Array]:
 
 
 def test_without_correction_an_error_stays_and_its_rate_is_constant() -> None:
-    t, f, rate = disturbed({"method": "none"})
+    _, f, rate = disturbed({"method": "none"})
     # f_ddot = 0 with f(0) = OFF, f_dot(0) = 0, integrated to 1e-12.
     np.testing.assert_allclose(f, OFF, atol=1e-11)
     np.testing.assert_allclose(rate, 0.0, atol=1e-10)
@@ -149,4 +149,3 @@ def test_a_rail_answers_the_part_of_a_push_it_does_not_let_through(formulation: 
     unit = np.array([1.0, 2.0, -3.0]) / np.sqrt(14.0)
     np.testing.assert_allclose(dynamics.multipliers, -10 * unit[1:], rtol=1e-13)
     assert dynamics.a[0] == pytest.approx(10 * unit[0] / 2.0, rel=1e-13)
-

@@ -16,7 +16,7 @@ G = 9.81
 
 
 def lever(extension: str = "", mass: float = 120.0, length: float = 2.0) -> str:
-    """A level beam on a hinge at the origin, carried by a cylinder from the post (0, 0, -0.6) to 0.5 m along the beam."""
+    """A level beam on a hinge at the origin, on a cylinder from the post (0, 0, -0.6) to 0.25 m along the beam."""
     return robot(
         link("beam", mass, (length / 2, 0, 0), (0.1, mass * length**2 / 12, mass * length**2 / 12)),
         joint("hinge", "revolute", "world", "beam", axis=(0, -1, 0)),
@@ -82,7 +82,7 @@ def test_forces_of_the_rig_satisfy_virtual_work(mkz49: Rig, hole_9: Equilibrium)
     tip = mkz49.point("E")
     rock = next(e for e in mkz49.forces if e.tag == "contact")
 
-    def place(anchor):  # noqa: ANN001, ANN202
+    def place(anchor):
         return data.oMi[anchor.joint].act(np.array(anchor.vector))
 
     def virtual(q: np.ndarray) -> float:
@@ -131,7 +131,10 @@ def test_a_loop_takes_part_in_equilibrium() -> None:
     ("extension", "force"),
     [
         ('<joint_spring name="e" joint="z" stiffness="400"/>', 2.0 * G),
-        ('<joint_torque name="motor" joint="z" value="5"/><joint_spring name="e" joint="z" stiffness="400"/>', 2.0 * G - 5),
+        (
+            '<joint_torque name="motor" joint="z" value="5"/><joint_spring name="e" joint="z" stiffness="400"/>',
+            2.0 * G - 5,
+        ),
         (
             '<contact name="c" point="P" axis="0 0 -1" stiffness="1e4" preload="30"/>'
             '<joint_spring name="e" joint="z" stiffness="400"/>',

@@ -136,7 +136,7 @@ def test_columns_and_arrays_are_had_by_name(run: Trajectory) -> None:
         run.of("cylinder_force", "lift")
     with pytest.raises(ResultFileError, match="no axis 'w'"):
         run.of("point_position", "S", "w")
-    with pytest.raises(AttributeError, match="'pressure'.*pressure_a"):
+    with pytest.raises(AttributeError, match=r"'pressure'.*pressure_a"):
         _ = run.pressure
 
 
@@ -159,7 +159,7 @@ def test_a_file_that_is_no_result_is_refused_in_one_sentence(run: Trajectory, tm
         load_trajectory(tmp_path / "text.nc")
     with h5netcdf.File(tmp_path / "other.nc", "w") as file:
         file.dimensions = {"x": 3}
-    with pytest.raises(ResultFileError, match="not .* result file"):
+    with pytest.raises(ResultFileError, match=r"not .* result file"):
         load_trajectory(tmp_path / "other.nc")
     run.save(tmp_path / "run.nc")
     whole = (tmp_path / "run.nc").read_bytes()

@@ -66,7 +66,9 @@ def test_without_elements_its_equations_are_those_of_pinocchio(urdf: str, rng: n
         np.testing.assert_allclose(ours.solve(equations)[0], pin.aba(plain, data, q, v, np.zeros(plain.nv)), rtol=1e-9)
 
 
-def test_held_its_accelerations_are_those_of_pinocchios_constrained_dynamics(rig: Rig, rng: np.random.Generator) -> None:
+def test_held_its_accelerations_are_those_of_pinocchios_constrained_dynamics(
+    rig: Rig, rng: np.random.Generator
+) -> None:
     dynamics = prepare(rig, Scenario(positions=POSE))
     q, v = dynamics.equilibrium.assembly.q, dynamics.equilibrium.assembly.v + rng.uniform(-1, 1, 6)
     equations = dynamics.assemble(0.0, q, v)

@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from drillrig_pin.errors import ModelError, legal_names
+from drillrig_pin.errors import ModelError, legal_names, shown
 from drillrig_pin.model.nodes import Node
 
 
@@ -30,13 +30,15 @@ def model_error(error: ValidationError, cls: type[BaseModel], node: Node) -> Mod
     legal = attribute_names(cls)
     if first["type"] == "extra_forbidden":
         what, todo = f"{label} has no attribute {name!r}", legal_names(name, legal, "attributes")
-    elif first["type"] == "missing":
+    elif first["type"] == "missing" and len(first["loc"]) == 1:
         what, todo = f"{label} lacks the attribute {name!r}", legal_names(name, legal, "attributes")
     else:
         unit = (getattr(legal.get(name), "json_schema_extra", None) or {}).get("unit", "")
-        given = node.attributes.get(name, "")
+        given = shown(node.attributes.get(name, ""))
         message = first["msg"].removeprefix("Value error, ").removeprefix("Input ").rstrip(".")
-        what = f"{label} {name} = {given!r} {message}" + (f" [{unit}]" if unit else "")
+        if first["type"] == "missing":
+            message = "has too few values"
+        what = f"{label} {name} = {given} {message}" + (f" [{unit}]" if unit else "")
         todo = ""
     if len(findings) > 1:
         todo = f"{todo} ({len(findings) - 1} more in this element.)".strip()

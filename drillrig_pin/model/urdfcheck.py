@@ -173,3 +173,24 @@ def _joints(root: Node, links: dict[str, Node]) -> Iterator[Problem]:
         )
     if links and not roots:
         yield Problem("error", "the joints form a ring without a root", root.source, "Close it with a <loop> element.")
+    elif len(roots) == 1:
+        yield from _rings(links, parents)
+
+
+def _rings(links: dict[str, Node], parents: dict[str, Node]) -> Iterator[Problem]:
+    """Links whose joints lead round in a ring and never to the root: URDF readers drop them without a word."""
+    for name in links:
+        link, passed = name, {name}
+        while link in parents:
+            parent = _child(parents[link], "parent")
+            link = parent.attributes.get("link", "") if parent is not None else ""
+            if link in passed:
+                joint = parents[name]
+                yield Problem(
+                    "error",
+                    f"link {name!r} hangs on a ring of joints, not on the root",
+                    joint.source,
+                    "Close it with a <loop> element.",
+                )
+                return
+            passed.add(link)
