@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from rigs import NO_GRAVITY, point_mass
+from scipy.optimize import brentq
 
 from drillrig_pin import Scenario, Trajectory, load_rig_text, simulate
 from drillrig_pin.elements.contact import Contact, UnilateralContact
@@ -76,6 +77,39 @@ def test_switches_are_met_however_few_samples_are_asked_for(method: str) -> None
     np.testing.assert_allclose(run.q[:, 2], z, atol=1e-8)
     # Touching and pushing are two switching functions; without damping both change sign together.
     assert run.cost["switches"] >= len(switches)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_damped_ground_lets_go_as_soon_as_it_would_have_to_pull(method: str) -> None:
+    k, v0 = 60.0, 1.0
+    run = thrown(f'mode="unilateral" damping="{k}"', v0, method, duration=0.15)
+    decay = k / (2 * MASS)
+    omega = np.sqrt(C / MASS - decay**2)
+
+    def touching(t: Array | float) -> tuple[Array, Array]:
+        """z and z_dot of the damped oscillation about equilibrium."""
+        z = v0 / omega * np.exp(-decay * t) * np.sin(omega * t)
+        return z, v0 * np.exp(-decay * t) * np.cos(omega * t) - decay * z
+
+    def pressing(t: float) -> float:
+        z, rate = touching(t)
+        return float(MASS * G - C * z - k * rate)
+
+    # At the start the damper would pull at once: c z + k v0 > m g. It lets go there, and flies from z = 0.
+    assert pressing(0.0) < 0
+    z = v0 * run.time - G / 2 * run.time**2
+    flying = run.time < 2 * v0 / G * 0.95
+    np.testing.assert_allclose(run.q[flying, 2], z[flying], atol=1e-8)
+
+    # Thrown more slowly it is pressed on at first, and let go before the spring is relaxed.
+    v0 = 0.25
+    run = thrown(f'mode="unilateral" damping="{k}"', v0, method, duration=0.04)
+    leave = brentq(pressing, 0.0, np.pi / omega / 2, xtol=1e-15)
+    height, speed = (float(value) for value in touching(leave))
+    assert 0 < height < MASS * G / C
+    later = run.time - leave
+    z = np.where(later < 0, touching(run.time)[0], height + speed * later - G / 2 * later**2)
+    np.testing.assert_allclose(run.q[:, 2], z, atol=1e-8)
 
 
 @pytest.mark.parametrize("method", METHODS)
