@@ -112,10 +112,10 @@ def parse_file(path: str | os.PathLike[str]) -> minidom.Document:
 
 
 def short_path(path: str | os.PathLike[str]) -> str:
-    """The path as a person would type it: relative to the working directory where that is shorter."""
+    """The path as a person would type it: relative to the working directory if it lies below."""
     absolute = os.path.abspath(path)
     relative = os.path.relpath(absolute)
-    return relative if len(relative) < len(absolute) else absolute
+    return absolute if relative.startswith(os.pardir) else relative
 
 
 def take_nodes(element: minidom.Element) -> Node:
