@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     )
     from drillrig_pin.rig import Rig, load_rig, load_rig_text
     from drillrig_pin.scenario import Scenario, load_scenario
-    from drillrig_pin.simulation import simulate
+    from drillrig_pin.simulation import simulate, simulate_many
     from drillrig_pin.trajectory import Trajectory, load_trajectory
 
 _HOMES = {
@@ -47,6 +47,7 @@ _HOMES = {
     "load_scenario": "scenario",
     "load_trajectory": "trajectory",
     "simulate": "simulation",
+    "simulate_many": "simulation",
 }
 
 __all__ = [
@@ -66,6 +67,7 @@ __all__ = [
     "load_scenario",
     "load_trajectory",
     "simulate",
+    "simulate_many",
 ]
 
 

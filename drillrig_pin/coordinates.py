@@ -105,6 +105,7 @@ class CoordinateSet:
         x: coordinates (n).
         rows: their gradients (n, nv).
         W: unit wrenches (n - joint coordinates, 6).
+        kinds: the coordinates sorted: joints, turns, lines, slides, angles.
     """
 
     def __init__(self, model: Any, coordinates: list[Coordinate], biased: int = 0) -> None:
@@ -112,6 +113,7 @@ class CoordinateSet:
         n = self.size = len(coordinates)
         self.position = np.argsort(np.array(order, dtype=int)) if order else np.zeros(0, dtype=int)
         kinds: list[list[Any]] = [[coordinates[i] for i in order if isinstance(coordinates[i], k)] for k in _ORDER]
+        self.kinds = kinds
         joints, turns, lines, slides, angles = kinds
         nj, nt, nl, ns, na = map(len, kinds)
         self.x = np.zeros(n)

@@ -21,7 +21,7 @@ from drillrig_pin.elements.base import Element, Law
 from drillrig_pin.errors import SingularConfigurationError
 from drillrig_pin.kinematics import Array, configuration_rate, velocity_map_is_identity
 from drillrig_pin.rig import Rig
-from drillrig_pin.stabilization import Correction, no_correction
+from drillrig_pin.stabilization import Correction, NoCorrection
 from drillrig_pin.statics import Equilibrium
 from drillrig_pin.workspace import Workspace
 
@@ -68,7 +68,7 @@ class Dynamics:
         equilibrium: state at which cylinders were locked and springs relaxed.
         loads: names of the loads that act; None: all.
         formulation: ``multipliers`` (KKT, eq. (57)) or ``null_space`` (multipliers eliminated, eq. (58)).
-        correction: stabilising term of the acceleration constraint.
+        correction: stabilising term of the acceleration constraint; None: none.
     """
 
     def __init__(
@@ -78,12 +78,12 @@ class Dynamics:
         *,
         loads: frozenset[str] | None = None,
         formulation: Formulation = "multipliers",
-        correction: Correction = no_correction,
+        correction: Correction | None = None,
     ) -> None:
         self.rig = rig
         self.equilibrium = equilibrium
         self.formulation = formulation
-        self.correction = correction
+        self.correction: Correction = correction or NoCorrection()
         self.forces: tuple[Element, ...] = tuple(
             e for e in rig.forces if not e.load or loads is None or e.name in loads
         )

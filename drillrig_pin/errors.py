@@ -103,7 +103,7 @@ class Status(Enum):
     STEP_TOO_SMALL = (
         "step too small",
         "the integrator could not meet its tolerance with any step",
-        "Try integrator.method: Radau, or a looser tolerance.",
+        "Try an implicit integrator.method (RODAS, Radau), or a looser tolerance.",
     )
     SINGULAR = (
         "singular configuration",

@@ -7,7 +7,6 @@ Breakpoints of the laws and their switches always end a step, so no kink of a lo
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
@@ -17,6 +16,7 @@ from scipy.optimize import brentq
 
 from drillrig_pin.errors import Status
 from drillrig_pin.kinematics import Array
+from drillrig_pin.stepping import Counter, Settings, StoppedError, stops_of
 
 #: Points inside a step at which switching functions are looked at, as fractions: a short contact is not missed.
 LOOKS = (0.25, 0.5, 0.75, 1.0)
@@ -36,26 +36,6 @@ class System(Protocol):
 
     def switches(self, y: Array) -> Array:
         """Functions whose sign changes mark a kink."""
-
-
-@dataclass(frozen=True)
-class Settings:
-    """Method and step control; ``atol`` may differ by component."""
-
-    method: str
-    step: float
-    rtol: float
-    atol: Array
-    max_step: float
-    projection: bool
-
-
-class StoppedError(Exception):
-    """The integration cannot go on; carries the status, the time reached, the cause and the last sound state."""
-
-    def __init__(self, status: Status, time: float, cause: str, state: Array) -> None:
-        super().__init__(status, time, cause)
-        self.status, self.time, self.cause, self.state = status, time, cause, state
 
 
 class RK4(OdeSolver):  # type: ignore[misc]
@@ -117,15 +97,6 @@ def integrate(
         yield from _one_step(system, y0, samples, inner, settings, counter)
 
 
-@dataclass
-class Counter:
-    """What an integration cost."""
-
-    steps: int = 0
-    evaluations: int = 0
-    switches: int = 0
-
-
 def _solver(system: System, t: float, y: Array, bound: float, settings: Settings, first: float | None = None) -> Any:
     if settings.method == "RK4":
         return RK4(system.rate, t, y, bound, step=settings.step)
@@ -157,12 +128,7 @@ def _advance(solver: Any, counter: Counter) -> None:
 def _one_step(
     system: System, y0: Array, samples: Array, inner: Array, settings: Settings, counter: Counter
 ) -> Iterator[tuple[float, Array]]:
-    stops = np.unique(np.concatenate([samples, inner]))
-    # Breakpoints that all but coincide with a sample would leave steps of rounding size.
-    stops = stops[np.concatenate([[True], np.diff(stops) > 1e-12])]
-    is_sample = np.isin(stops, samples)
-    if is_sample.sum() != len(samples):
-        stops, is_sample = samples, np.ones(len(samples), dtype=bool)
+    stops, is_sample = stops_of(samples, inner)
     watch = _Watch(system, y0)
     solver = _solver(system, float(stops[0]), y0, float(stops[1]), settings)
     for stop, sampled in zip(stops[1:].tolist(), is_sample[1:].tolist(), strict=True):

@@ -18,10 +18,11 @@ from drillrig_pin.trajectory import Trajectory
 class Recorder:
     """Rows of every variable, filled sample by sample."""
 
-    def __init__(self, dynamics: Dynamics, samples: Array) -> None:
+    def __init__(self, dynamics: Dynamics, samples: Array, engine: str, method: str) -> None:
         model, space = dynamics.rig.model, dynamics.space
         n = len(samples)
         self.dynamics, self.count = dynamics, 0
+        self.engine, self.method = engine, method
         self._time = np.zeros(n)
         self._q, self._v, self._a = np.zeros((n, model.nq)), np.zeros((n, model.nv)), np.zeros((n, model.nv))
         self._work = np.zeros((n, 2))
@@ -29,6 +30,28 @@ class Recorder:
         self._x, self._F = (np.zeros((n, len(dynamics.forces))) for _ in range(2))
         self._points = np.zeros((n, *space.points().shape))
         self._energy = np.zeros((n, 2))
+
+    @property
+    def last_time(self) -> float:
+        """Time of the last sample."""
+        return float(self._time[self.count - 1]) if self.count else 0.0
+
+    def arrays(self) -> list[Array]:
+        """The arrays themselves, in the order the compiled core fills them."""
+        return [
+            self._time,
+            self._q,
+            self._v,
+            self._a,
+            self._work,
+            self._reaction,
+            self._f,
+            self._f_dot,
+            self._x,
+            self._F,
+            self._points,
+            self._energy,
+        ]
 
     def record(self, t: float, y: Array) -> None:
         """Take over the state last evaluated by the dynamics, which is y at time t."""
@@ -90,9 +113,8 @@ class Recorder:
         notes = tuple(_notes(dynamics.equilibrium))
         added = tuple(repr(element) for element in forces if element.name not in rig.sources)
         file = rig.file
-        return Trajectory(
-            self._time[:n], arrays, labels, outcome, scenario, file.text, dict(file.arguments), cost, notes, added
-        )
+        origin = (file.text, dict(file.arguments), cost, notes, added, self.engine, self.method)
+        return Trajectory(self._time[:n], arrays, labels, outcome, scenario, *origin)
 
 
 def _pressures(law: Law, x: Array) -> tuple[Array, Array]:

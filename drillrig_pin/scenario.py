@@ -17,6 +17,11 @@ MAX_BYTES = 1_000_000
 MAX_SAMPLES = 50_000_000
 MAX_DEPTH = 20
 
+#: Integrators of the compiled core.
+CORE_METHODS = ("RK4", "DOP853", "RODAS")
+#: Integrators of the Python engine.
+PYTHON_METHODS = ("RK4", "DOP853", "Radau", "LSODA")
+
 Positive = Annotated[float, Field(gt=0)]
 AutoOrPositive = Literal["auto"] | Positive
 
@@ -44,7 +49,9 @@ class Stabilization(_Part):
 class Integrator(_Part):
     """Which integrator, how tight."""
 
-    method: Literal["RK4", "DOP853", "Radau", "LSODA"] = Field("DOP853", description="integration method")
+    method: Literal["auto", "RK4", "DOP853", "RODAS", "Radau", "LSODA"] = Field(
+        "auto", description="auto: DOP853, or for stiff machines RODAS (core) or Radau (Python)"
+    )
     step: Positive = Field(2.5e-4, description="step of RK4 [s]")
     rtol: Annotated[float, Field(ge=1e-13, le=1e-2)] = Field(1e-8, description="relative tolerance of the others")
     atol: Positive = Field(1e-10, description="absolute tolerance on q [rad, m]")
@@ -68,6 +75,9 @@ class Scenario(_Part):
     loads: Literal["all", "none"] | list[str] = Field("all", description="which loads act")
     duration: Positive = Field(10.0, description="simulated time [s]")
     output_rate: Positive = Field(1000.0, description="samples per second of the result [Hz]")
+    engine: Literal["auto", "core", "python"] = Field(
+        "auto", description="compiled core, readable Python, or the core where it is installed and has the method"
+    )
     formulation: Literal["multipliers", "null_space"] = Field("multipliers", description="how constraints are solved")
     stabilization: Stabilization = Field(default_factory=Stabilization)
     integrator: Integrator = Field(default_factory=Integrator)
@@ -84,6 +94,12 @@ class Scenario(_Part):
             raise ValueError(
                 "LSODA keeps a history of steps that a projection would break; "
                 "set stabilization.projection to false or choose another integrator"
+            )
+        legal = {"core": CORE_METHODS, "python": PYTHON_METHODS}.get(self.engine)
+        if legal is not None and self.integrator.method not in ("auto", *legal):
+            raise ValueError(
+                f"engine {self.engine} has the methods {', '.join(legal)}, not {self.integrator.method}; "
+                "choose one of them, or engine: auto"
             )
         if self.duration * self.output_rate > MAX_SAMPLES:
             raise ValueError(f"duration x output_rate asks for more than {MAX_SAMPLES} samples")

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import numpy as np
 
-from drillrig_pin.assembly import RANK, assemble_state
+from drillrig_pin.assembly import assemble_state
 from drillrig_pin.dynamics import Dynamics
 from drillrig_pin.elements.cylinder import Cylinder
 from drillrig_pin.elements.loads import Load
@@ -19,19 +22,22 @@ from drillrig_pin.errors import (
     Status,
     legal_names,
 )
-from drillrig_pin.integrators import Counter, Settings, StoppedError, integrate
 from drillrig_pin.kinematics import Array
+from drillrig_pin.marching import broken_cylinder, compiled_march, core_is_installed, march_python
 from drillrig_pin.recorder import Recorder
 from drillrig_pin.rig import Rig
-from drillrig_pin.scenario import Scenario
-from drillrig_pin.stabilization import Correction, automatic_rate, baumgarte, no_correction, sliding_mode
+from drillrig_pin.scenario import CORE_METHODS, Scenario
+from drillrig_pin.stabilization import Baumgarte, Correction, NoCorrection, SlidingMode, automatic_rate
 from drillrig_pin.statics import Equilibrium, find_equilibrium
+from drillrig_pin.stepping import Counter, Settings, StoppedError
 from drillrig_pin.trajectory import Trajectory
 
 Progress = Callable[[float], None]
 
 #: A run that breaks down while a cylinder is nearer to an end than this fraction of its stroke broke down there.
 SPARE = 0.1
+#: Decay rate [1/s] from which `auto` takes an implicit method: an explicit one would need steps below 0.2 ms.
+STIFF = 3e4
 
 
 def simulate(rig: Rig, scenario: Scenario | None = None, progress: Progress | None = None) -> Trajectory:
@@ -49,20 +55,82 @@ def simulate(rig: Rig, scenario: Scenario | None = None, progress: Progress | No
         ScenarioError: the scenario does not fit the rig.
         AssemblyError: the constraints cannot be closed, or a cylinder starts outside its stroke.
     """
-    scenario = scenario or Scenario()
-    started = clock.perf_counter()
-    dynamics = prepare(rig, scenario)
-    samples = sample_times(scenario)
-    recorder = Recorder(dynamics, samples)
-    counter = Counter()
-    outcome = _march(dynamics, scenario, samples, recorder, counter, progress)
-    cost = {
-        "steps": float(counter.steps),
-        "evaluations": float(counter.evaluations),
-        "switches": float(counter.switches),
-        "wall_time": clock.perf_counter() - started,
-    }
-    return recorder.trajectory(outcome, scenario, cost)
+    return Case(rig, scenario or Scenario()).run(progress)
+
+
+def simulate_many(
+    cases: Iterable[tuple[Rig, Scenario]],
+    threads: int | None = None,
+    keep: Callable[[Trajectory], Any] | None = None,
+) -> list[Any]:
+    """Simulate many cases over threads; the compiled core runs them side by side.
+
+    Args:
+        cases: rigs and scenarios, any mixture.
+        threads: how many run at once; None: one per core of this machine.
+        keep: what to keep of each trajectory, e.g. its metrics; None: all of it.
+
+    Returns:
+        Results in the order of the cases. An error of one case is raised when its turn comes.
+    """
+
+    def run(case: tuple[Rig, Scenario]) -> Any:
+        trajectory = simulate(*case)
+        return trajectory if keep is None else keep(trajectory)
+
+    with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
+        return list(pool.map(run, cases))
+
+
+class Case:
+    """A scenario bound to its rig: assembled, in equilibrium and, for the core, compiled. Runs as often as asked.
+
+    Attributes:
+        engine: ``core`` or ``python``.
+        method: the integrator chosen.
+    """
+
+    def __init__(self, rig: Rig, scenario: Scenario) -> None:
+        self.scenario = scenario
+        self.dynamics = prepare(rig, scenario)
+        self.engine = engine_of(scenario)
+        self.method = method_of(scenario, self.engine, self.dynamics)
+        self._settings = _settings(self.dynamics, scenario, self.method)
+        self._samples = sample_times(scenario)
+        self._march = march_python if self.engine == "python" else compiled_march(self.dynamics)
+
+    def run(self, progress: Progress | None = None) -> Trajectory:
+        """Simulate; see :func:`simulate`."""
+        started = clock.perf_counter()
+        recorder = Recorder(self.dynamics, self._samples, self.engine, self.method)
+        counter = Counter()
+        outcome = self._outcome(recorder, counter, progress)
+        cost = {
+            "steps": float(counter.steps),
+            "evaluations": float(counter.evaluations),
+            "switches": float(counter.switches),
+            "wall_time": clock.perf_counter() - started,
+        }
+        return recorder.trajectory(outcome, self.scenario, cost)
+
+    def _outcome(self, recorder: Recorder, counter: Counter, progress: Progress | None) -> Outcome:
+        dynamics = self.dynamics
+        status, cause = Status.COMPLETED, ""
+        try:
+            self._march(dynamics, self._settings, self._samples, recorder, counter, progress)
+        except StoppedError as stopped:
+            status, cause = stopped.status, stopped.cause
+            dynamics.evaluate_forces(stopped.time, *np.split(stopped.state[:-2], [dynamics.rig.model.nq]))
+            broken = broken_cylinder(dynamics, SPARE)
+            if broken:
+                status, cause = Status.DIVERGED, broken
+            return Outcome(status, stopped.time, counter.steps, cause)
+        except (SingularConfigurationError, np.linalg.LinAlgError):
+            rows = ", ".join(row.name for row in dynamics.rig.rows)
+            status, cause = Status.SINGULAR, f"constraints {rows}" if rows else "a moving link without mass"
+        except KeyboardInterrupt:
+            status = Status.INTERRUPTED
+        return Outcome(status, recorder.last_time, counter.steps, cause)
 
 
 def sample_times(scenario: Scenario) -> Array:
@@ -141,114 +209,74 @@ def correction_of(scenario: Scenario) -> Correction:
     automatic = automatic_rate(chosen.step if chosen.method == "RK4" else min(1.0 / scenario.output_rate, 1e-3))
     if given.method == "baumgarte":
         alpha = automatic if given.alpha == "auto" else given.alpha
-        return baumgarte(alpha, alpha if given.beta == "auto" else given.beta)
+        return Baumgarte(alpha, alpha if given.beta == "auto" else given.beta)
     if given.method == "sliding_mode":
-        return sliding_mode(automatic if given.rate == "auto" else given.rate, given.gain, given.width)
-    return no_correction
+        return SlidingMode(automatic if given.rate == "auto" else given.rate, given.gain, given.width)
+    return NoCorrection()
 
 
-def _march(
-    dynamics: Dynamics,
-    scenario: Scenario,
-    samples: Array,
-    recorder: Recorder,
-    counter: Counter,
-    progress: Progress | None,
-) -> Outcome:
-    watch = RankWatch()
-    t = 0.0
-    status, cause = Status.COMPLETED, ""
-    every = max(1, len(samples) // 200)
-    try:
-        with np.errstate(all="ignore"):
-            steps = integrate(
-                dynamics, dynamics.initial(), samples, dynamics.breakpoints(), _settings(dynamics, scenario), counter
-            )
-            for t, y in steps:
-                broken = _broken_cylinder(dynamics)
-                if broken:
-                    raise StoppedError(Status.DIVERGED, t, broken, y)
-                watch.look(dynamics.space.J)
-                recorder.record(t, y)
-                if progress is not None and recorder.count % every == 0:
-                    progress(t)
-    except StoppedError as stopped:
-        status, t, cause = stopped.status, stopped.time, stopped.cause
-        dynamics.evaluate_forces(t, *np.split(stopped.state[:-2], [dynamics.rig.model.nq]))
-        broken = _broken_cylinder(dynamics, SPARE)
-        if broken:
-            status, cause = Status.DIVERGED, broken
-    except (SingularConfigurationError, np.linalg.LinAlgError):
-        rows = ", ".join(row.name for row in dynamics.rig.rows)
-        status, cause = Status.SINGULAR, f"constraints {rows}" if rows else "a moving link without mass"
-    except KeyboardInterrupt:
-        status = Status.INTERRUPTED
-    return Outcome(status, float(t), counter.steps, cause)
+def engine_of(scenario: Scenario) -> str:
+    """The engine that will run a scenario: ``core`` or ``python``.
 
-
-class RankWatch:
-    """Notices that the constraint Jacobian loses rank at a sample, or has passed through a loss since the last one.
-
-    Where it does, its smallest singular value crosses zero: the value itself is positive again behind it, but one of
-    its two singular vectors has changed sign, or both have turned because the motion took another path. Beyond such a
-    point there is more than one path, and the equations cannot say which one the machine takes.
+    Raises:
+        ScenarioError: the core is asked for and not installed.
     """
-
-    #: A singular value below this fraction of the largest may be on its way through zero.
-    WEAK = 0.05
-    #: Cosine above which the vectors of two samples are those of one smooth motion.
-    SAME = 0.5
-
-    def __init__(self) -> None:
-        self._rank = 0
-        self._largest = 0.0
-        self._weakest: tuple[float, Array, Array] | None = None
-
-    def look(self, J: Array) -> None:
-        """Take in the Jacobian of the next sample; SingularConfigurationError if rank is or was lost."""
-        if not len(J):
-            return
-        U, values, V = np.linalg.svd(J, full_matrices=False)
-        self._largest = max(self._largest, float(values[0]))
-        rank = int((values > RANK * self._largest).sum())
-        if self._weakest is None:
-            self._rank = rank
-        if rank < self._rank or rank == 0:
-            raise SingularConfigurationError("the constraint Jacobian has lost rank")
-        value, left, right = float(values[rank - 1]), U[:, rank - 1], V[rank - 1]
-        if self._weakest is not None:
-            before, left_before, right_before = self._weakest
-            same = float((left @ left_before) * (right @ right_before))
-            if max(value, before) < self.WEAK * self._largest and same < self.SAME:
-                raise SingularConfigurationError("the constraint Jacobian has passed through a loss of rank")
-        self._weakest = value, left, right
+    if scenario.engine == "python":
+        return "python"
+    if core_is_installed():
+        return "core" if scenario.integrator.method in ("auto", *CORE_METHODS) else "python"
+    if scenario.engine == "core":
+        raise ScenarioError(
+            "the compiled core is not installed", todo="Install a C++ compiler and reinstall, or choose engine: python."
+        )
+    return "python"
 
 
-def _settings(dynamics: Dynamics, scenario: Scenario) -> Settings:
+def method_of(scenario: Scenario, engine: str, dynamics: Dynamics) -> str:
+    """The integrator of a scenario; ``auto`` looks at the machine.
+
+    An explicit method cannot step much beyond 6 / |lambda| with lambda the fastest eigenvalue, whatever the tolerance.
+    DOP853 pays about 12 evaluations for a step, the implicit ones 20 to 30 with their Jacobian, so these win where the
+    fastest eigenvalue is a damping (not a vibration, which would have to be followed) well above what the motion needs.
+    """
+    chosen = scenario.integrator
+    if chosen.method != "auto":
+        return chosen.method
+    try:
+        stiff = fastest_damping(dynamics) > STIFF
+    except (SingularConfigurationError, np.linalg.LinAlgError):
+        stiff = False  # the run itself will say what is wrong
+    if stiff:
+        return "RODAS" if engine == "core" else "Radau"
+    return "DOP853"
+
+
+def fastest_damping(dynamics: Dynamics) -> float:
+    """Largest decay rate [1/s] among the modes at the initial state, from a Jacobian by differences."""
+    y = dynamics.initial()
+    n = len(y) - 2
+    base = dynamics.rate(0.0, y)[:n]
+    jacobian = np.empty((n, n))
+    for k in range(n):
+        moved = y.copy()
+        moved[k] += 1e-7
+        jacobian[:, k] = (dynamics.rate(0.0, moved)[:n] - base) / 1e-7
+    if not np.isfinite(jacobian).all():
+        return 0.0
+    return float(-np.linalg.eigvals(jacobian).real.min(initial=0.0))
+
+
+def _settings(dynamics: Dynamics, scenario: Scenario, method: str) -> Settings:
     chosen = scenario.integrator
     atol = np.full(dynamics.size, chosen.atol)
     # Velocities of a vibration at 100 1/s are that much larger than its displacements; work is counted in joules.
     atol[dynamics.rig.model.nq : -2] *= 100.0
     atol[-2:] *= 1e5
     return Settings(
-        chosen.method,
+        method,
         chosen.step,
         chosen.rtol,
         atol,
         chosen.max_step or np.inf,
         scenario.stabilization.projection and (dynamics.space.m > 0 or dynamics.rig.model.nq != dynamics.rig.model.nv),
     )
-
-
-def _broken_cylinder(dynamics: Dynamics, spare: float = 0.0) -> str:
-    """Says which cylinder left its stroke, or moves towards an end that is nearer than ``spare`` of its stroke."""
-    for element, i in zip(dynamics.forces, dynamics.space.index, strict=True):
-        if isinstance(element, Cylinder):
-            shortest, longest = element.length_range
-            length, rate = float(dynamics.x[i]), float(dynamics.x_dot[i])
-            margin = spare * element.stroke
-            if length <= shortest or length >= longest:
-                return f"cylinder {element.name!r} left its stroke (length {length:.4f} m)"
-            if (length <= shortest + margin and rate < 0) or (length >= longest - margin and rate > 0):
-                return f"cylinder {element.name!r} runs against the end of its stroke (length {length:.4f} m)"
-    return ""

@@ -5,37 +5,77 @@ A correction maps (f, f_dot) to what is added to the right-hand side of J a = -J
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from drillrig_pin.kinematics import Array
 
-Correction = Callable[[Array, Array], Array]
+
+class Correction(Protocol):
+    """A stabilising term; ``parameters`` tell the compiled core which one and with which numbers."""
+
+    @property
+    def parameters(self) -> tuple[int, list[float]]:
+        """Kind (0 none, 1 Baumgarte, 2 sliding mode) and three numbers."""
+
+    def __call__(self, f: Array, f_dot: Array) -> Array:
+        """What is added to -J_dot v, (m)."""
 
 
-def no_correction(f: Array, f_dot: Array) -> Array:
+@dataclass(frozen=True, slots=True)
+class NoCorrection:
     """f_ddot = 0: errors of f grow with time squared."""
-    return np.zeros_like(f)
+
+    parameters = (0, [0.0, 0.0, 0.0])
+
+    def __call__(self, f: Array, f_dot: Array) -> Array:
+        """Zero."""
+        return np.zeros_like(f)
 
 
-def baumgarte(alpha: float, beta: float) -> Correction:
+@dataclass(frozen=True, slots=True)
+class Baumgarte:
     """f_ddot + 2 alpha f_dot + beta^2 f = 0 (60); alpha, beta [1/s]; critically damped at alpha = beta."""
-    a, b = 2.0 * alpha, beta**2
-    return lambda f, f_dot: -a * f_dot - b * f
+
+    alpha: float
+    beta: float
+
+    @property
+    def parameters(self) -> tuple[int, list[float]]:
+        """alpha, beta."""
+        return 1, [self.alpha, self.beta, 0.0]
+
+    def __call__(self, f: Array, f_dot: Array) -> Array:
+        """-2 alpha f_dot - beta^2 f."""
+        return -(2.0 * self.alpha) * f_dot - self.beta**2 * f
 
 
-def sliding_mode(rate: float, gain: float, width: float) -> Correction:
+@dataclass(frozen=True, slots=True)
+class SlidingMode:
     """s = f_dot + rate f is driven to zero: f_ddot = -rate f_dot - gain tanh(s / width).
 
     The switching sign(s) of the classical law is smoothed over ``width`` so that the right-hand side stays smooth.
 
-    Args:
+    Attributes:
         rate: decay rate of f on the sliding surface [1/s].
         gain: largest correcting acceleration [m/s^2].
         width: half width of the boundary layer in s [m/s].
     """
-    return lambda f, f_dot: -rate * f_dot - gain * np.tanh((f_dot + rate * f) / width)
+
+    rate: float
+    gain: float
+    width: float
+
+    @property
+    def parameters(self) -> tuple[int, list[float]]:
+        """rate, gain, width."""
+        return 2, [self.rate, self.gain, self.width]
+
+    def __call__(self, f: Array, f_dot: Array) -> Array:
+        """-rate f_dot - gain tanh(s / width)."""
+        return -self.rate * f_dot - self.gain * np.tanh((f_dot + self.rate * f) / self.width)
 
 
 def automatic_rate(step: float) -> float:

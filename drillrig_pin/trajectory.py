@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import xarray
 
 AXES = ("x", "y", "z")
-FORMAT = "drillrig trajectory 1"
+FORMAT = "drillrig trajectory 2"
 
 
 class Variable(NamedTuple):
@@ -72,6 +72,7 @@ class Trajectory:
         arguments: arguments the model was expanded with.
         cost: steps, evaluations, switches, wall time [s].
         notes: assembly and equilibrium in words, warnings.
+        engine, method: which engine ran, ``core`` or ``python``, and which integrator.
         added: force elements made in Python, as text; to run again they must be given again.
     """
 
@@ -85,6 +86,8 @@ class Trajectory:
     cost: dict[str, float] = field(repr=False)
     notes: tuple[str, ...] = ()
     added: tuple[str, ...] = ()
+    engine: str = "python"
+    method: str = ""
 
     def __getattr__(self, name: str) -> Array:
         arrays: dict[str, Array] = self.__dict__.get("arrays", {})
@@ -150,6 +153,8 @@ class Trajectory:
             "cost": json.dumps(self.cost),
             "notes": json.dumps(self.notes),
             "added": json.dumps(self.added),
+            "engine": self.engine,
+            "method": self.method,
         }
         write_netcdf(Path(path), columns, {**self.labels, "axis": AXES}, attributes)
 
@@ -206,6 +211,8 @@ def load_trajectory(path: str | Path) -> Trajectory:
             json.loads(attributes["cost"]),
             tuple(json.loads(attributes["notes"])),
             tuple(json.loads(attributes["added"])),
+            str(attributes["engine"]),
+            str(attributes["method"]),
         )
     except Exception as error:
         raise damaged(path, error) from None

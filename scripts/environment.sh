@@ -13,12 +13,25 @@ python_for_venv() {
     return 1
 }
 
+# The compiled core needs g++. As root on Debian and Ubuntu it is installed; elsewhere the package says how it runs without.
+compiler() {
+    if ! command -v g++ >/dev/null 2>&1; then
+        if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null 2>&1; then
+            echo "Installing g++ ..."
+            { apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq g++; } >/dev/null || true
+        fi
+    fi
+    command -v g++ >/dev/null 2>&1 ||
+        echo "No C++ compiler: drillrig will run its Python engine, about 40 times slower. Install g++ and run again."
+}
+
 prepare_environment() {
     local lock=$1 stamp=.venv/installed.txt python wanted
     python=$(python_for_venv)
-    wanted="$(cat "$lock" pyproject.toml | cksum) $PWD"
+    wanted="$(cat "$lock" pyproject.toml drillrig_pin/_core/* | cksum) $PWD"
     if [ ! -f "$stamp" ] || [ "$(cat "$stamp")" != "$wanted" ]; then
-        echo "Installing into $PWD/.venv (a minute or two) ..."
+        echo "Installing into $PWD/.venv (about three minutes) ..."
+        compiler
         "$python" -m venv .venv || {
             echo "Making .venv failed. On Debian and Ubuntu: apt-get install python3-venv" >&2
             return 1

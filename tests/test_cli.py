@@ -120,7 +120,7 @@ def test_ctrl_c_keeps_what_it_has(drillrig: Command, monkeypatch: pytest.MonkeyP
         yield tick
 
     monkeypatch.setattr(drillrig_pin.cli.run, "_progress", impatient)
-    answer = drillrig("run", *SHORT)
+    answer = drillrig("run", *SHORT, "--set", "scenario.engine=python")
     assert answer.code == INTERRUPTED
     assert "interrupted" in answer.err
     assert 20 < len(load_trajectory("run.nc").time) < 30

@@ -13,7 +13,7 @@ ROOT = Path(drillrig_pin.__file__).parent
 
 #: Lowest first. Files within one entry may import each other; an entry ending in a dot is a folder.
 LAYERS: list[tuple[str, ...]] = [
-    ("errors",),
+    ("errors", "_drillrig"),
     ("files",),
     ("model.",),
     ("storage", "kinematics"),
@@ -24,9 +24,10 @@ LAYERS: list[tuple[str, ...]] = [
     ("workspace",),
     ("assembly",),
     ("statics", "stabilization"),
-    ("dynamics", "integrators", "scenario"),
-    ("trajectory",),
+    ("dynamics", "scenario", "stepping"),
+    ("integrators", "core", "trajectory"),
     ("recorder",),
+    ("marching",),
     ("simulation",),
     ("analysis.",),
     ("check", "check_pose", "plots"),

@@ -78,13 +78,11 @@ def amplitude_spectrum(time: Array, signals: Array) -> Spectrum | None:
     n = len(time)
     if n < FEWEST_SAMPLES:
         return None
-    from scipy.fft import next_fast_len, rfft, rfftfreq
-    from scipy.signal import windows
-
     step = (time[-1] - time[0]) / (n - 1)
-    window = windows.hann(n, sym=False)
-    length = next_fast_len(PADDING * n, real=True)
-    transform = np.abs(rfft((signals - signals.mean(axis=0)) * window[:, None], length, axis=0))
+    # Periodic, so that a line at a multiple of 1 / T has no more than the window's three bins.
+    window = np.hanning(n + 1)[:-1]
+    length = PADDING * n
+    transform = np.abs(np.fft.rfft((signals - signals.mean(axis=0)) * window[:, None], length, axis=0))
     # A one-sided spectrum holds every line twice except the first one and, at even length, the last.
     twice = np.full(len(transform), 2.0)
     twice[0] = 1.0
@@ -93,7 +91,7 @@ def amplitude_spectrum(time: Array, signals: Array) -> Spectrum | None:
     power = twice[:, None] * transform**2
     whole = power.sum()
     return Spectrum(
-        rfftfreq(length, step),
+        np.fft.rfftfreq(length, step),
         2.0 * transform / window.sum(),
         power / whole if whole > 0 else power,
         float(1.0 / (n * step)),
@@ -102,14 +100,15 @@ def amplitude_spectrum(time: Array, signals: Array) -> Spectrum | None:
 
 def strongest_lines(spectrum: Spectrum, names: Sequence[str], count: int = 5) -> tuple[Line, ...]:
     """The tallest lines, tallest first; frequencies below two bins are drift and left out."""
-    from scipy.signal import find_peaks
-
     total = spectrum.total
     height = max(float(total.max(initial=0.0)) * SIDE_LOBE, ROUNDING)
     per_bin = spectrum.bin / spectrum.frequency[1]
-    peaks, _ = find_peaks(total, height=height, distance=max(1, int(3 * per_bin)))
-    peaks = [peak for peak in peaks if spectrum.frequency[peak] >= 2 * spectrum.bin]
-    peaks.sort(key=lambda peak: -total[peak])
+    inner = total[1:-1]
+    tops = 1 + np.flatnonzero((inner > total[:-2]) & (inner >= total[2:]) & (inner >= height))
+    peaks: list[int] = []
+    for top in sorted(tops[spectrum.frequency[tops] >= 2 * spectrum.bin].tolist(), key=lambda top: -total[top]):
+        if all(abs(top - peak) >= 3 * per_bin for peak in peaks):
+            peaks.append(top)
     lines = []
     for peak in peaks[:count]:
         frequency = float(spectrum.frequency[peak])

@@ -26,6 +26,7 @@ class Trust:
         against: what that energy is: ``work in``, ``energy exchanged`` or ``nothing moved``.
         relative: residual / reference; None where nothing moved.
         steps, evaluations: accepted steps and evaluations of the equations.
+        engine: which engine and integrator ran, in words.
         wall_time: of the computation [s].
         real_time_factor: simulated time / wall time.
     """
@@ -38,6 +39,7 @@ class Trust:
     relative: float | None
     steps: int
     evaluations: int
+    engine: str
     wall_time: float
     real_time_factor: float | None
 
@@ -72,6 +74,7 @@ def trust(trajectory: Trajectory) -> Trust:
         residual / reference if reference > 0 else None,
         int(trajectory.cost.get("steps", trajectory.outcome.steps)),
         int(trajectory.cost.get("evaluations", 0)),
+        f"{trajectory.method} in {'the compiled core' if trajectory.engine == 'core' else 'Python'}",
         wall,
         trajectory.outcome.time / wall if wall > 0 else None,
     )

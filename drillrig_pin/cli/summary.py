@@ -136,7 +136,7 @@ def trust_lines(trust: Trust) -> list[str]:
         words.append(f"energy residual {trust.relative:.1e} of {number(trust.reference, 3)} J {trust.against}")
     else:
         words.append(f"energy residual {trust.residual:.1e} J, nothing moved")
-    cost = [f"{trust.steps} steps", f"{trust.evaluations} evaluations", f"{trust.wall_time:.1f} s"]
+    cost = [trust.engine, f"{trust.steps} steps", f"{trust.evaluations} evaluations", f"{trust.wall_time:.1f} s"]
     if trust.real_time_factor is not None:
         cost.append(f"{number(trust.real_time_factor, 2)} x real time")
     return ["Trust: " + "; ".join(words), "Cost:  " + ", ".join(cost)]

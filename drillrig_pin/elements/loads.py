@@ -81,6 +81,13 @@ class TableLaw(Law):
         """F(t) [N or N m]; outside the table its end values are kept (a run that long is refused beforehand)."""
         return np.atleast_1d(self._spline(min(max(t, self.time[0]), self.time[-1])))
 
+    def knots(self) -> Array:
+        """Sample times and coefficients of the cubic behind each, highest power first, (n, 5); none behind the last."""
+        rows = np.zeros((len(self.time), 5))
+        rows[:, 0] = self.time
+        rows[:-1, 1:] = self._spline.c.T
+        return rows
+
     def breakpoints(self) -> Array:
         """Every sample: the spline's third derivative jumps there."""
         return self.time

@@ -1,0 +1,84 @@
+// The equations of motion of one run: twin of drillrig_pin/dynamics.py. One per thread; no allocation after construction.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <Eigen/QR>
+#include <vector>
+
+#include "rig.hpp"
+
+namespace drillrig {
+
+enum class Status : int { completed = 0, interrupted, diverged, step_too_small, singular, callback_failed };
+
+class Dynamics {
+ public:
+  Dynamics(const RigSpec& spec, LawCallback callback, void* owner);
+
+  int size() const { return nq + nv + 2; }
+  int m() const { return m_; }
+  int forces() const { return n_ - m_; }
+  bool projects() const { return m_ > 0 || !simple_; }
+
+  // dy/dt with y = (q, v, work in, work dissipated). Leaves x, x_dot, F, f, f_dot, a, lambda of that state behind.
+  Status rate(double t, const double* y, double* dy);
+  // Puts y back onto f = 0, J v = 0 with the smallest change in the metric of the mass matrix.
+  Status project(double* y);
+  int switch_count() const { return switches_; }
+  void switch_values(const double* y, double* out);
+  // J (m x nv, row-major) at the state last evaluated, and below which fraction of the largest a singular value is zero.
+  const double* jacobian() const { return J_.data(); }
+  double rank_threshold() const { return spec_.rank; }
+  // True if a force's coordinate has left its range: a cylinder its stroke.
+  bool out_of_range() const;
+  void points(double* out) const;
+  double kinetic_energy(const double* y) const;
+  double potential_energy(const double* y) { return tree_.potential_energy(y); }
+  // Gradient rows of all coordinates (n x nv, row-major) at the state last evaluated; only tests look at the forces'.
+  void gradient_rows(double* out) const;
+
+  const int nq, nv;
+  Eigen::VectorXd x, x_dot, F, f, f_dot, a, lambda, gamma;
+  TreeWorkspace& tree() { return tree_; }
+
+ private:
+  using Wrench = Eigen::Matrix<double, 6, 1>;
+
+  void place(const double* q);                   // coordinates x and unit wrenches W
+  void body_velocities(const double* v);         // spatial velocity of every joint's body
+  void coordinate_rates(const double* v);        // x_dot
+  void apply_forces(const double* bias);         // p1 = Q - bias
+  void constraint_rows();                        // J
+  void constraint_bias();                        // gamma = J_dot v
+  void stabilise();
+  bool solve(const double* p1, const double* p2);
+  bool solve_multipliers(const double* p1, const double* p2);
+  void solve_least_norm(const double* p1, const double* p2);
+  bool solve_null_space(const double* p1, const double* p2);
+  void invert_on_range(double threshold, int kept);  // lambda = S^+ tmp_m_ on the largest eigenvalues
+  int rank();                                    // of J, leaving its pivoted QR in qr_
+  bool smallest_step(const double* violation);
+  void row_of(int wrench, double* out) const;
+
+  const RigSpec& spec_;
+  LawContext context_;
+  TreeWorkspace tree_;
+  const int n_, m_, joints_;
+  const bool simple_;
+  int switches_ = 0;
+
+  std::vector<Wrench> W_, V_, applied_;                     // per wrench; per joint; per joint
+  std::vector<Eigen::Vector3d> end_, axis_, base_axis_;     // per wrench
+  std::vector<double> L_, Z_, small_, L_small_, J_;         // Cholesky of M; L^-1 J^T, J M^-1 J^T, its factor; J by rows
+  std::vector<double> vectors_;                             // eigenvectors of S_ by columns
+  Eigen::VectorXd p1_, p2_, zero_v_, step_, tmp_m_;
+  // Only for redundant rows and the null space formulation.
+  Eigen::MatrixXd S_, K_, Jt_, Q_, M_full_;
+  Eigen::VectorXd tmp_v_, right_;
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr_;
+  Eigen::PartialPivLU<Eigen::MatrixXd> lu_;
+};
+
+}  // namespace drillrig

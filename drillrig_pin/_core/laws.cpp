@@ -1,0 +1,98 @@
+#include "laws.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace drillrig {
+
+namespace {
+
+constexpr double kTwoPi = 6.283185307179586476925286766559;
+
+double oil(const double* p, double x, double x_dot, bool printed) {
+  const double x0 = p[0], E0 = p[1], S_A = p[2], S_B = p[3], l_A = p[4], l_B = p[5], k = p[8];
+  const double u = x - x0;
+  const double p_A = p[6] - E0 * std::log1p(u / l_A);
+  const double p_B = printed ? p[7] + E0 * std::log1p(u / l_B) : p[7] - E0 * std::log1p(-u / l_B);
+  return p_A * S_A - p_B * S_B - k * x_dot;
+}
+
+double harmonic(const Law& law, const double* series, double t) {
+  double sum = 0.0;
+  for (int i = 0; i < law.count; ++i) {
+    const double* term = series + law.first + 3 * i;
+    sum += term[0] * std::sin((kTwoPi * t) * term[1] + term[2]);
+  }
+  const double value = law.p[0] + sum, ramp = law.p[1];
+  if (t >= ramp) return value;
+  const double s = t / ramp;
+  return (s * s * s * (10.0 + s * (6.0 * s - 15.0))) * value;
+}
+
+// Rows of five: knot time and coefficients of d^3, d^2, d, 1 with d the time since the knot; the last row ends the table.
+double table(const Law& law, const double* series, double t) {
+  const double* rows = series + law.first;
+  const int n = law.count;
+  t = std::min(std::max(t, rows[0]), rows[5 * (n - 1)]);
+  int low = 0, high = n - 1;
+  while (high - low > 1) {
+    const int middle = (low + high) / 2;
+    (rows[5 * middle] <= t ? low : high) = middle;
+  }
+  const double* row = rows + 5 * low;
+  const double d = t - row[0];
+  return ((row[1] * d + row[2]) * d + row[3]) * d + row[4];
+}
+
+double depth_of(const double* p, double x) { return x - p[0] + p[1] / p[2]; }
+
+}  // namespace
+
+int switch_count(const Law& law) { return law.kind == LawKind::unilateral_contact ? 2 : 0; }
+
+LawValue evaluate(const Law& law, int index, const LawContext& context, double x, double x_dot, double t) {
+  const double* p = law.p;
+  LawValue value;
+  switch (law.kind) {
+    case LawKind::locked_oil:
+    case LawKind::locked_oil_as_printed:
+      value.force = oil(p, x, x_dot, law.kind == LawKind::locked_oil_as_printed);
+      value.dissipation = p[8] * x_dot * x_dot;
+      break;
+    case LawKind::spring_damper:
+      value.force = p[1] - p[2] * (x - p[0]) - p[3] * x_dot;
+      value.dissipation = p[3] * x_dot * x_dot;
+      break;
+    case LawKind::constant_force:
+      value.force = p[0];
+      break;
+    case LawKind::bilateral_contact:
+      value.force = -(p[1] + p[2] * (x - p[0]) + p[3] * x_dot);
+      value.dissipation = p[3] * x_dot * x_dot;
+      break;
+    case LawKind::unilateral_contact: {
+      const double depth = depth_of(p, x);
+      value.force = depth > 0.0 ? -std::max(0.0, p[2] * depth + p[3] * x_dot) : 0.0;
+      value.dissipation = -(value.force + p[2] * std::max(0.0, depth)) * x_dot;
+      break;
+    }
+    case LawKind::harmonic:
+      value.force = harmonic(law, context.series->data(), t);
+      break;
+    case LawKind::table:
+      value.force = table(law, context.series->data(), t);
+      break;
+    case LawKind::callback:
+      value.ok = context.callback(context.owner, index, x, x_dot, t, &value.force, &value.dissipation);
+      break;
+  }
+  return value;
+}
+
+void switches(const Law& law, double x, double x_dot, double* out) {
+  const double depth = depth_of(law.p, x);
+  out[0] = depth;
+  out[1] = law.p[2] * depth + law.p[3] * x_dot;
+}
+
+}  // namespace drillrig

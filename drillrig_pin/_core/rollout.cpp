@@ -1,0 +1,197 @@
+#include "rollout.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+
+#include "rank_watch.hpp"
+#include "stepper.hpp"
+
+namespace drillrig {
+
+namespace {
+
+constexpr double kLooks[] = {0.25, 0.5, 0.75, 1.0};
+constexpr double kSwitchTime = 1e-13;
+
+// Remembers the signs of the switching functions and finds where one changes.
+class Watch {
+ public:
+  Watch(Dynamics& dynamics, const double* y) : dynamics_(dynamics), count_(dynamics.switch_count()) {
+    values_.resize(count_);
+    signs_.resize(count_);
+    next_.resize(count_);
+    now_.resize(count_);
+    state_.resize(dynamics.size());
+    if (count_ > 0) {
+      dynamics_.switch_values(y, values_.data());
+      for (int i = 0; i < count_; ++i) next_[i] = signs_[i] = values_[i] > 0.0;
+    }
+  }
+  bool active() const { return count_ > 0; }
+
+  // Time just behind the first change of sign within the last step; negative: none.
+  double crossed(Stepper& stepper) {
+    double left = stepper.t_old;
+    for (const double look : kLooks) {
+      const double right = look == 1.0 ? stepper.t : stepper.t_old + look * (stepper.t - stepper.t_old);
+      stepper.interpolate(right, state_.data());
+      dynamics_.switch_values(state_.data(), values_.data());
+      int first = -1;
+      double when = 0.0;
+      for (int i = 0; i < count_; ++i) now_[i] = values_[i] > 0.0;
+      for (int i = 0; i < count_; ++i) {
+        if (now_[i] == signs_[i]) continue;
+        const double root = find(stepper, i, left, right);
+        if (first < 0 || root < when) {
+          first = i;
+          when = root;
+        }
+      }
+      if (first >= 0) {
+        next_ = signs_;
+        next_[first] = now_[first];
+        if (stepper.t - when > 4 * kSwitchTime) return std::min(when + 2 * kSwitchTime, stepper.t);
+        settle();
+        return stepper.t;
+      }
+      left = right;
+    }
+    return -1.0;
+  }
+  void settle() { signs_ = next_; }
+
+ private:
+  double value(Stepper& stepper, int index, double t) {
+    stepper.interpolate(t, state_.data());
+    dynamics_.switch_values(state_.data(), values_.data());
+    return values_[index];
+  }
+  // Bisection: a switch is rare and the interpolant cheap.
+  double find(Stepper& stepper, int index, double left, double right) {
+    const double at_left = value(stepper, index, left);
+    if (at_left * value(stepper, index, right) > 0.0) return left;
+    while (right - left > kSwitchTime) {
+      const double middle = 0.5 * (left + right);
+      if (middle <= left || middle >= right) break;
+      (at_left * value(stepper, index, middle) > 0.0 ? left : right) = middle;
+    }
+    return right;
+  }
+
+  Dynamics& dynamics_;
+  const int count_;
+  std::vector<double> values_, state_;
+  std::vector<char> signs_, next_, now_;
+};
+
+void put(double* base, long row, const double* from, int count) {
+  if (base != nullptr && count > 0) std::memcpy(base + row * count, from, sizeof(double) * count);
+}
+
+void record(Dynamics& d, const RunOutput& out, long row, double t, const double* y, int points) {
+  if (out.time != nullptr) out.time[row] = t;
+  put(out.q, row, y, d.nq);
+  put(out.v, row, y + d.nq, d.nv);
+  put(out.work, row, y + d.nq + d.nv, 2);
+  put(out.a, row, d.a.data(), d.nv);
+  put(out.reaction, row, d.lambda.data(), d.m());
+  put(out.f, row, d.f.data(), d.m());
+  put(out.f_dot, row, d.f_dot.data(), d.m());
+  put(out.x, row, d.x.data(), d.forces());
+  put(out.F, row, d.F.data(), d.forces());
+  if (out.points != nullptr && points > 0) d.points(out.points + row * points * 3);
+  if (out.energy != nullptr) {
+    out.energy[2 * row] = d.kinetic_energy(y);
+    out.energy[2 * row + 1] = d.potential_energy(y);
+  }
+}
+
+class Pulse {
+ public:
+  Pulse(Heartbeat beat, void* owner) : beat_(beat), owner_(owner), last_(Clock::now()) {}
+  bool stop(double t) {
+    if (beat_ == nullptr || ++count_ % 16 != 0) return false;
+    const auto now = Clock::now();
+    if (now - last_ < std::chrono::milliseconds(50)) return false;
+    last_ = now;
+    return beat_(owner_, t);
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Heartbeat beat_;
+  void* owner_;
+  Clock::time_point last_;
+  unsigned count_ = 0;
+};
+
+}  // namespace
+
+RunReport run(Dynamics& dynamics, const double* y0, const RunSettings& settings, const RunOutput& output,
+              int points, Heartbeat heartbeat, void* owner) {
+  RunReport report;
+  Stepper stepper(dynamics, settings);
+  Watch watch(dynamics, y0);
+  Pulse pulse(heartbeat, owner);
+  Eigen::VectorXd restart = Eigen::VectorXd::Zero(dynamics.size());
+  const bool projection = settings.projection && dynamics.projects();
+  const auto& stops = settings.stops;
+  auto finish = [&](Status status) {
+    report.status = status;
+    report.time = stepper.t;
+    report.evaluations = stepper.evaluations;
+    report.state.assign(stepper.y.data(), stepper.y.data() + dynamics.size());
+    return report;
+  };
+  Status status = stepper.start(stops[0], y0, stops[1]);
+  if (status != Status::completed) return finish(status);
+  // The choice of a first step evaluates elsewhere; the record wants the start itself.
+  dynamics.rate(stops[0], y0, stepper.f.data());
+  RankWatch ranks(dynamics.m(), dynamics.nv, dynamics.rank_threshold());
+  if (dynamics.out_of_range()) return finish(Status::diverged);
+  if (!ranks.look(dynamics.jacobian())) return finish(Status::singular);
+  record(dynamics, output, report.samples++, stops[0], y0, points);
+  for (std::size_t i = 1; i < stops.size(); ++i) {
+    const double stop = stops[i];
+    while (stepper.t < stop) {
+      if (pulse.stop(stepper.t)) return finish(Status::interrupted);
+      const double t_before = stepper.t;
+      if ((status = stepper.advance(stop)) != Status::completed) return finish(status);
+      ++report.steps;
+      const double event = watch.active() ? watch.crossed(stepper) : -1.0;
+      if (event > 0.0 && event < stepper.t) {
+        // Take the step again so that it ends on the switch, and start afresh behind it.
+        restart = stepper.y_old;
+        if ((status = stepper.start(t_before, restart.data(), event, event - t_before)) != Status::completed)
+          return finish(status);
+        while (stepper.t < event) {
+          if ((status = stepper.advance(event)) != Status::completed) return finish(status);
+          ++report.steps;
+        }
+        restart = stepper.y;
+        if (projection && (status = dynamics.project(restart.data())) != Status::completed) return finish(status);
+        if ((status = stepper.start(event, restart.data(), stop)) != Status::completed) return finish(status);
+        watch.settle();
+        ++report.switches;
+        continue;
+      }
+      if (projection) {
+        if ((status = dynamics.project(stepper.y.data())) != Status::completed) return finish(status);
+        ++stepper.evaluations;
+        if ((status = dynamics.rate(stepper.t, stepper.y.data(), stepper.f.data())) != Status::completed)
+          return finish(status);
+      }
+    }
+    if (settings.kept[i]) {
+      if (watch.active()) dynamics.rate(stepper.t, stepper.y.data(), stepper.f.data());
+      if (dynamics.out_of_range()) return finish(Status::diverged);
+      if (!ranks.look(dynamics.jacobian())) return finish(Status::singular);
+      record(dynamics, output, report.samples++, stepper.t, stepper.y.data(), points);
+    }
+  }
+  return finish(Status::completed);
+}
+
+}  // namespace drillrig

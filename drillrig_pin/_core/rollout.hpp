@@ -1,0 +1,41 @@
+// One run from start to end, without Python and without allocation in the loop: twin of drillrig_pin/integrators.py.
+#pragma once
+
+#include <vector>
+
+#include "dynamics.hpp"
+
+namespace drillrig {
+
+enum class Method : int { RK4, DOP853, RODAS };
+
+struct RunSettings {
+  Method method = Method::DOP853;
+  double step = 2.5e-4;  // RK4
+  double rtol = 1e-8;
+  double max_step = 0.0;  // 0: none
+  bool projection = true;
+  std::vector<double> atol;         // by component of y
+  std::vector<double> stops;        // increasing; where a step must end
+  std::vector<unsigned char> kept;  // which of them are samples
+};
+
+// Caller-owned arrays, a row per sample. Null: not wanted.
+struct RunOutput {
+  double *time, *q, *v, *a, *work, *reaction, *f, *f_dot, *x, *F, *points, *energy;
+};
+
+struct RunReport {
+  Status status = Status::completed;
+  double time = 0.0;
+  long samples = 0, steps = 0, evaluations = 0, switches = 0;
+  std::vector<double> state;  // last accepted
+};
+
+// Called about twenty times a second with the time reached; true: stop.
+using Heartbeat = bool (*)(void* owner, double time);
+
+RunReport run(Dynamics& dynamics, const double* y0, const RunSettings& settings, const RunOutput& output,
+              int points, Heartbeat heartbeat, void* owner);
+
+}  // namespace drillrig

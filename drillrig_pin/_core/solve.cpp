@@ -1,0 +1,129 @@
+// The saddle-point system M a = p1 + J^T lambda, J a = p2 in its two formulations ([Tram2023] eqs. (57), (58)).
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "dense.hpp"
+#include "dynamics.hpp"
+
+namespace drillrig {
+
+using Eigen::Map;
+using RowMatrix = Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
+
+bool Dynamics::solve(const double* p1, const double* p2) {
+  if (spec_.formulation == Formulation::null_space && m_ > 0) return solve_null_space(p1, p2);
+  if (!dense::factor(tree_.M(), nv, L_.data())) return false;
+  if (spec_.redundant) {
+    solve_least_norm(p1, p2);
+    return true;
+  }
+  return solve_multipliers(p1, p2);
+}
+
+// With Z = L^-1 J^T and S = Z^T Z:  S lambda = p2 - Z^T L^-1 p1,  a = L^-T (L^-1 p1 + Z lambda). Needs the factor of M.
+bool Dynamics::solve_multipliers(const double* p1, const double* p2) {
+  std::memcpy(a.data(), p1, sizeof(double) * nv);
+  dense::forward(L_.data(), nv, a.data());
+  for (int i = 0; i < m_; ++i) {
+    double* z = Z_.data() + i * nv;
+    std::memcpy(z, J_.data() + i * nv, sizeof(double) * nv);
+    dense::forward(L_.data(), nv, z);
+    for (int j = 0; j <= i; ++j) small_[i * m_ + j] = dense::dot(z, Z_.data() + j * nv, nv);
+    lambda[i] = p2[i] - dense::dot(z, a.data(), nv);
+  }
+  if (m_ > 0) {
+    if (!dense::factor(small_.data(), m_, L_small_.data())) return false;
+    dense::forward(L_small_.data(), m_, lambda.data());
+    dense::backward(L_small_.data(), m_, lambda.data());
+    for (int i = 0; i < m_; ++i) {
+      const double* z = Z_.data() + i * nv;
+      for (int d = 0; d < nv; ++d) a[d] += z[d] * lambda[i];
+    }
+  }
+  dense::backward(L_.data(), nv, a.data());
+  return true;
+}
+
+// The same with redundant rows: of all multipliers those of least norm.
+void Dynamics::solve_least_norm(const double* p1, const double* p2) {
+  std::memcpy(a.data(), p1, sizeof(double) * nv);
+  dense::forward(L_.data(), nv, a.data());
+  for (int i = 0; i < m_; ++i) {
+    double* z = Z_.data() + i * nv;
+    std::memcpy(z, J_.data() + i * nv, sizeof(double) * nv);
+    dense::forward(L_.data(), nv, z);
+    for (int j = 0; j <= i; ++j) S_(i, j) = S_(j, i) = dense::dot(z, Z_.data() + j * nv, nv);
+    tmp_m_[i] = p2[i] - dense::dot(z, a.data(), nv);
+  }
+  invert_on_range(spec_.rank, m_);
+  for (int i = 0; i < m_; ++i)
+    for (int d = 0; d < nv; ++d) a[d] += Z_[i * nv + d] * lambda[i];
+  dense::backward(L_.data(), nv, a.data());
+}
+
+void Dynamics::invert_on_range(double threshold, int kept) {
+  // Eigen's solver asks for memory at every call.
+  dense::eigen(S_.data(), m_, vectors_.data());
+  double largest = 0.0;
+  for (int i = 0; i < m_; ++i) largest = std::fmax(largest, S_(i, i));
+  lambda.setZero();
+  for (int i = 0; i < m_; ++i) {
+    const double value = S_(i, i);
+    int larger = 0;
+    for (int j = 0; j < m_; ++j) larger += S_(j, j) > value;
+    // A value that is not a number stays one.
+    if (larger >= kept || value <= threshold * largest) continue;
+    double part = 0.0;
+    for (int k = 0; k < m_; ++k) part += vectors_[k * m_ + i] * tmp_m_[k];
+    for (int k = 0; k < m_; ++k) lambda[k] += vectors_[k * m_ + i] * (part / value);
+  }
+}
+
+// R spans the null space of J: [R^T M; J] a = [R^T p1; p2]; then lambda of least norm from J^T lambda = M a - p1.
+bool Dynamics::solve_null_space(const double* p1, const double* p2) {
+  const Map<const Eigen::VectorXd> applied(p1, nv);
+  M_full_ = Map<const Eigen::MatrixXd>(tree_.M(), nv, nv).selfadjointView<Eigen::Upper>();
+  const int rank = this->rank();
+  Q_.setIdentity();
+  qr_.householderQ().applyThisOnTheLeft(Q_, tmp_v_);
+  for (int i = 0; i < rank; ++i) {
+    const int row = qr_.colsPermutation().indices()[i];
+    for (int d = 0; d < nv; ++d) K_(i, d) = J_[row * nv + d];
+    right_[i] = p2[row];
+  }
+  for (int i = rank; i < nv; ++i) {
+    K_.row(i).noalias() = Q_.col(i).transpose() * M_full_;
+    right_[i] = Q_.col(i).dot(applied);
+  }
+  lu_.compute(K_);
+  a.noalias() = lu_.permutationP() * right_;
+  lu_.matrixLU().triangularView<Eigen::UnitLower>().solveInPlace(a);
+  lu_.matrixLU().triangularView<Eigen::Upper>().solveInPlace(a);
+  if (!a.allFinite()) return false;
+  right_.noalias() = M_full_ * a;
+  right_ -= applied;
+  S_.noalias() = Jt_.transpose() * Jt_;
+  tmp_m_.noalias() = Jt_.transpose() * right_;
+  // Eigenvalues of J J^T are squares: below 1e-8 of the largest singular value they are rounding, so the QR decides.
+  invert_on_range(0.0, rank);
+  return true;
+}
+
+bool Dynamics::smallest_step(const double* violation) {
+  if (!spec_.redundant) return solve_multipliers(zero_v_.data(), violation);
+  solve_least_norm(zero_v_.data(), violation);
+  return true;
+}
+
+int Dynamics::rank() {
+  if (m_ == 0) return 0;
+  Jt_ = RowMatrix(J_.data(), m_, nv).transpose();
+  qr_.compute(Jt_);
+  const double largest = std::abs(qr_.matrixQR()(0, 0));
+  int rank = 0;
+  for (int i = 0; i < std::min(nv, m_); ++i) rank += std::abs(qr_.matrixQR()(i, i)) > spec_.rank * largest;
+  return rank;
+}
+
+}  // namespace drillrig

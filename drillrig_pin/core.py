@@ -1,0 +1,186 @@
+"""The compiled twin of the time loop: hands a bound rig over as plain numbers. The only importer of the C++ module."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from drillrig_pin._drillrig import CompiledRig
+from drillrig_pin.assembly import RANK
+from drillrig_pin.coordinates import Angle, CoordinateSet, Line, Slide, Turn
+from drillrig_pin.dynamics import Dynamics
+from drillrig_pin.elements.base import Element, Law
+from drillrig_pin.elements.contact import BilateralContact, UnilateralContact
+from drillrig_pin.elements.cylinder import Cylinder, LockedOil, LockedOilAsPrinted
+from drillrig_pin.elements.loads import HarmonicLaw, TableLaw
+from drillrig_pin.elements.springs import ConstantForce, SpringDamper
+from drillrig_pin.errors import Status
+from drillrig_pin.kinematics import Anchor, Array, support_matrix
+from drillrig_pin.scenario import CORE_METHODS
+from drillrig_pin.stepping import Settings, stops_of
+
+Progress = Callable[[float], None]
+
+#: Law classes in the order of LawKind in _core/laws.hpp, with the fields each hands over.
+OIL = ("x0", "E0", "S_A", "S_B", "l_A", "l_B", "p_A0", "p_B0", "k")
+KINDS: dict[type[Law], tuple[int, tuple[str, ...]]] = {
+    LockedOil: (0, OIL),
+    LockedOilAsPrinted: (1, OIL),
+    SpringDamper: (2, ("x0", "F0", "c", "k")),
+    ConstantForce: (3, ("F0",)),
+    BilateralContact: (4, ("x0", "N0", "c", "k")),
+    UnilateralContact: (5, ("x0", "N0", "c", "k")),
+    HarmonicLaw: (6, ("mean", "ramp")),
+    TableLaw: (7, ()),
+}
+CALLBACK = 8
+
+
+#: Status codes of the core (_core/dynamics.hpp) with their causes.
+STATUS: tuple[tuple[Status, str], ...] = (
+    (Status.COMPLETED, ""),
+    (Status.INTERRUPTED, ""),
+    (Status.DIVERGED, "the state is not a finite number any more"),
+    (Status.STEP_TOO_SMALL, "no step is short enough for the tolerance"),
+    (Status.SINGULAR, ""),
+    (Status.DIVERGED, "a force law failed"),
+)
+
+
+class Report(NamedTuple):
+    """How a compiled run ended: the exception to raise, if any, status, cause, and what it cost."""
+
+    error: BaseException | None
+    status: Status
+    cause: str
+    time: float
+    samples: int
+    steps: int
+    evaluations: int
+    switches: int
+    state: Array
+
+
+class CompiledDynamics:
+    """A :class:`~drillrig_pin.dynamics.Dynamics` compiled once; ``run`` and ``evaluate`` make their own workspaces."""
+
+    def __init__(self, dynamics: Dynamics) -> None:
+        self.dynamics = dynamics
+        rig, space = dynamics.rig, dynamics.space
+        coordinates: CoordinateSet = space.coordinates
+        joints, turns, lines, slides, angles = coordinates.kinds
+        order = np.argsort(space.index)
+        self._laws = [dynamics.laws[i] for i in order]
+        laws = _Laws(self._laws)
+        a, b, c, base, moving = _wrenches(turns, lines, slides, angles)
+        kind, values = dynamics.correction.parameters
+        self.rig = CompiledRig(
+            tree=rig.model.saveToString(),
+            joints=[n for j in joints for n in (j.index_q, j.index_v, int(j.continuous))],
+            counts=[len(turns), len(lines), len(slides), len(angles)],
+            a=a,
+            b=b,
+            c=c,
+            base=base,
+            moving=moving,
+            constraints=space.m,
+            kinds=laws.kinds,
+            loads=[int(dynamics.forces[i].load) for i in order],
+            parameters=laws.parameters,
+            ranges=laws.ranges,
+            series=laws.series,
+            lowest=[_range_of(dynamics.forces[i])[0] for i in order],
+            highest=[_range_of(dynamics.forces[i])[1] for i in order],
+            targets=dynamics.targets.tolist(),
+            support=support_matrix(rig.model).astype(int).ravel().tolist(),
+            points=_rows([rig.point(name) for name in rig.tracked]),
+            formulation={"multipliers": 0, "null_space": 1}[dynamics.formulation],
+            correction=kind,
+            correction_values=values,
+            redundant=dynamics.redundant,
+            rank=RANK,
+        )
+
+    def _callback(self, index: int, x: float, x_dot: float, t: float) -> tuple[float, float]:
+        """A law of the user's, one element at a time."""
+        law, position, rate = self._laws[index], np.array([x]), np.array([x_dot])
+        force = float(np.ravel(law.force(position, rate, t))[0])
+        return force, float(np.ravel(law.dissipation(position, rate))[0])
+
+    def run(
+        self, y0: Array, settings: Settings, samples: Array, arrays: list[Array], progress: Progress | None
+    ) -> Report:
+        """Integrate over the samples into the given arrays, with the GIL released.
+
+        Ctrl-C and errors of a callback stop the run within about 50 ms; what was computed stays in the arrays.
+        """
+        stops, kept = stops_of(samples, self.dynamics.breakpoints())
+        error, status, *rest = self.rig.run(
+            y0=y0,
+            method=CORE_METHODS.index(settings.method),
+            step=settings.step,
+            rtol=settings.rtol,
+            atol=settings.atol.tolist(),
+            max_step=settings.max_step if np.isfinite(settings.max_step) else 0.0,
+            projection=settings.projection,
+            stops=stops.tolist(),
+            kept=kept.tolist(),
+            arrays=arrays,
+            law=self._callback,
+            beat=progress,
+        )
+        return Report(error, *STATUS[status], *rest)
+
+    def evaluate(self, t: float, y: Array) -> dict[str, Any]:
+        """All that the right-hand side computes, by name."""
+        result: dict[str, Any] = self.rig.evaluate(t, np.ascontiguousarray(y), self._callback)
+        return result
+
+
+class _Laws:
+    """Numbers of all laws, flattened."""
+
+    def __init__(self, laws: list[Law]) -> None:
+        self.kinds: list[int] = []
+        self.parameters: list[float] = []
+        self.ranges: list[int] = []
+        self.series: list[float] = []
+        for law in laws:
+            kind, fields = KINDS.get(type(law), (CALLBACK, ()))
+            numbers = [float(getattr(law, name)) for name in fields]
+            start, count = len(self.series), 0
+            if isinstance(law, HarmonicLaw):
+                count = len(law.amplitude)
+                self.series += np.column_stack([law.amplitude, law.frequency, law.phase]).ravel().tolist()
+            elif isinstance(law, TableLaw):
+                count = len(law.time)
+                self.series += law.knots().ravel().tolist()
+            self.kinds.append(kind)
+            self.parameters += numbers + [0.0] * (9 - len(numbers))
+            self.ranges += [start, count]
+
+
+def _range_of(element: Element) -> tuple[float, float]:
+    """Where the coordinate of an element may lie: a cylinder has ends."""
+    return element.length_range if isinstance(element, Cylinder) else (-math.inf, math.inf)
+
+
+def _rows(anchors: list[Anchor]) -> list[float]:
+    return [float(n) for anchor in anchors for n in (anchor.joint, *anchor.vector, anchor.w)]
+
+
+_NOTHING = Anchor(0, (0.0, 0.0, 0.0), 0)
+
+
+def _wrenches(
+    turns: list[Turn], lines: list[Line], slides: list[Slide], angles: list[Angle]
+) -> tuple[list[float], list[float], list[float], list[int], list[int]]:
+    a = [t.direction for t in turns] + [x.start for x in lines] + [s.origin for s in slides] + [g.base for g in angles]
+    b = [_NOTHING for _ in turns] + [x.end for x in lines] + [s.point for s in slides] + [g.moving for g in angles]
+    c = [_NOTHING for _ in [*turns, *lines]] + [s.direction for s in slides] + [_NOTHING for _ in angles]
+    base = [t.base for t in turns] + [anchor.joint for anchor in a[len(turns) :]]
+    moving = [t.body for t in turns] + [anchor.joint for anchor in b[len(turns) :]]
+    return _rows(a), _rows(b), _rows(c), base, moving

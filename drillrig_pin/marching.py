@@ -1,0 +1,132 @@
+"""Carry a bound rig through time, in Python or in the compiled core, into the same recorder."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable
+from functools import lru_cache
+
+import numpy as np
+
+from drillrig_pin.assembly import RANK
+from drillrig_pin.dynamics import Dynamics
+from drillrig_pin.elements.cylinder import Cylinder
+from drillrig_pin.errors import SingularConfigurationError, Status
+from drillrig_pin.kinematics import Array
+from drillrig_pin.recorder import Recorder
+from drillrig_pin.stepping import Counter, Settings, StoppedError
+
+Progress = Callable[[float], None]
+March = Callable[[Dynamics, Settings, Array, Recorder, Counter, Progress | None], None]
+
+
+def march_python(
+    dynamics: Dynamics,
+    settings: Settings,
+    samples: Array,
+    recorder: Recorder,
+    counter: Counter,
+    progress: Progress | None,
+) -> None:
+    """Integrate in Python; StoppedError if it cannot go on."""
+    # SciPy's integrators take a third of a second to import, which a run in the core need not wait for.
+    from drillrig_pin.integrators import integrate
+
+    watch = RankWatch()
+    every = max(1, len(samples) // 200)
+    with np.errstate(all="ignore"):
+        for t, y in integrate(dynamics, dynamics.initial(), samples, dynamics.breakpoints(), settings, counter):
+            broken = broken_cylinder(dynamics)
+            if broken:
+                raise StoppedError(Status.DIVERGED, t, broken, y)
+            watch.look(dynamics.space.J)
+            recorder.record(t, y)
+            if progress is not None and recorder.count % every == 0:
+                progress(t)
+
+
+def compiled_march(dynamics: Dynamics) -> March:
+    """Compile a bound rig once; what comes back marches like :func:`march_python`, in the core and without the GIL."""
+    from drillrig_pin.core import CompiledDynamics
+
+    compiled = CompiledDynamics(dynamics)
+
+    def march(
+        dynamics: Dynamics,
+        settings: Settings,
+        samples: Array,
+        recorder: Recorder,
+        counter: Counter,
+        progress: Progress | None,
+    ) -> None:
+        report = compiled.run(dynamics.initial(), settings, samples, recorder.arrays(), progress)
+        recorder.count = report.samples
+        counter.steps, counter.evaluations, counter.switches = report.steps, report.evaluations, report.switches
+        if report.error is not None:
+            raise report.error
+        if progress is not None:
+            progress(report.time)
+        if report.status is Status.SINGULAR:
+            raise SingularConfigurationError("the constraint Jacobian has lost rank")
+        if report.status is not Status.COMPLETED:
+            raise StoppedError(report.status, report.time, report.cause, report.state)
+
+    return march
+
+
+@lru_cache(maxsize=1)
+def core_is_installed() -> bool:
+    """True if the package was built with a C++ compiler."""
+    return importlib.util.find_spec("drillrig_pin._drillrig") is not None
+
+
+class RankWatch:
+    """Notices that the constraint Jacobian loses rank at a sample, or has passed through a loss since the last one.
+
+    Where it does, its smallest singular value crosses zero: the value itself is positive again behind it, but one of
+    its two singular vectors has changed sign, or both have turned because the motion took another path. Beyond such a
+    point there is more than one path, and the equations cannot say which one the machine takes.
+    """
+
+    #: A singular value below this fraction of the largest may be on its way through zero.
+    WEAK = 0.05
+    #: Cosine above which the vectors of two samples are those of one smooth motion.
+    SAME = 0.5
+
+    def __init__(self) -> None:
+        self._rank = 0
+        self._largest = 0.0
+        self._weakest: tuple[float, Array, Array] | None = None
+
+    def look(self, J: Array) -> None:
+        """Take in the Jacobian of the next sample; SingularConfigurationError if rank is or was lost."""
+        if not len(J):
+            return
+        U, values, V = np.linalg.svd(J, full_matrices=False)
+        self._largest = max(self._largest, float(values[0]))
+        rank = int((values > RANK * self._largest).sum())
+        if self._weakest is None:
+            self._rank = rank
+        if rank < self._rank or rank == 0:
+            raise SingularConfigurationError("the constraint Jacobian has lost rank")
+        value, left, right = float(values[rank - 1]), U[:, rank - 1], V[rank - 1]
+        if self._weakest is not None:
+            before, left_before, right_before = self._weakest
+            same = float((left @ left_before) * (right @ right_before))
+            if max(value, before) < self.WEAK * self._largest and same < self.SAME:
+                raise SingularConfigurationError("the constraint Jacobian has passed through a loss of rank")
+        self._weakest = value, left, right
+
+
+def broken_cylinder(dynamics: Dynamics, spare: float = 0.0) -> str:
+    """Says which cylinder left its stroke, or moves towards an end that is nearer than ``spare`` of its stroke."""
+    for element, i in zip(dynamics.forces, dynamics.space.index, strict=True):
+        if isinstance(element, Cylinder):
+            shortest, longest = element.length_range
+            length, rate = float(dynamics.x[i]), float(dynamics.x_dot[i])
+            margin = spare * element.stroke
+            if length <= shortest or length >= longest:
+                return f"cylinder {element.name!r} left its stroke (length {length:.4f} m)"
+            if (length <= shortest + margin and rate < 0) or (length >= longest - margin and rate > 0):
+                return f"cylinder {element.name!r} runs against the end of its stroke (length {length:.4f} m)"
+    return ""

@@ -1,0 +1,77 @@
+"""Run under LD_PRELOAD of count_allocations: prints how often memory was asked for by short and by long runs.
+
+The long run takes ten times the steps and keeps ten times the samples of the short one.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent.parent))
+from rigs import bennett, floating_body, point_mass, slider_crank, tree
+
+from drillrig_pin import Rig, Scenario, load_rig, load_rig_text
+from drillrig_pin.core import CompiledDynamics
+from drillrig_pin.recorder import Recorder
+from drillrig_pin.scenario import CORE_METHODS
+from drillrig_pin.simulation import prepare
+from drillrig_pin.stepping import Settings
+
+HOLD = '<hold name="h" point="R" axes="x z"/>'
+GROUND = '<contact name="g" point="P" axis="0 0 -1" stiffness="2e4" preload="19.62" damping="40" mode="unilateral"/>'
+BENNETT = {"positions": {"j1": 1.0, "j2": 2.0, "j3": -1.0}, "velocities": {"j1": 2.0}}
+MACHINES: dict[str, tuple[Rig, dict[str, object]]] = {
+    "mkz49": (load_rig("mkz49"), {}),
+    "redundant": (load_rig_text(bennett()), BENNETT),
+    "continuous": (load_rig_text(slider_crank()), {"velocities": {"crank_joint": 20.0}}),
+    "floating": (load_rig_text(tree(HOLD)), {}),
+    "free": (load_rig_text(floating_body()), {}),
+    "contact": (load_rig_text(point_mass(extension=GROUND)), {"velocities": {"z": 1.0}}),
+}
+SHORT, LONG, DURATION = 200, 2000, 0.1
+
+
+def counts(dynamics: CompiledDynamics, method: str, projection: bool) -> list[int]:
+    """Requests during a run of few steps and of many."""
+    inner = dynamics.dynamics
+    answer = []
+    for steps in (SHORT, LONG):
+        step, samples = DURATION / steps, np.linspace(0.0, DURATION, steps // 2 + 1)
+        recorder = _recorder(inner, samples)
+        settings = Settings(method, step, 1e-6, np.full(inner.size, 1e-3), step, projection)
+        least = 1 << 60
+        # The first call fills caches of Python; the least of the others is the run's own.
+        for _ in range(4):
+            before = allocations()
+            report = dynamics.run(inner.initial(), settings, samples, recorder, None)
+            least = min(least, allocations() - before)
+        assert report.status.name == "COMPLETED", report
+        assert report.steps >= steps
+        answer.append(least)
+    return answer
+
+
+def _recorder(inner: object, samples: np.ndarray) -> list[np.ndarray]:
+    arguments = (inner, samples, "core", "DOP853")
+    return Recorder(*arguments[: Recorder.__init__.__code__.co_argcount - 1]).arrays()
+
+
+allocations = ctypes.CDLL(None).allocations
+allocations.restype = ctypes.c_ulong
+result = {}
+for name, (rig, changes) in MACHINES.items():
+    for formulation in ("multipliers", "null_space"):
+        dynamics = CompiledDynamics(prepare(rig, Scenario(formulation=formulation, **changes)))
+        for method in CORE_METHODS:
+            if (name, formulation, method) == ("redundant", "null_space", "RODAS"):
+                # Differences for its Jacobian leave the constraints by more than the rank threshold: it hardly moves.
+                continue
+            for projection in (True, False):
+                key = f"{name}, {formulation}, {method}, {'with' if projection else 'without'} projection"
+                result[key] = counts(dynamics, method, projection)
+print(json.dumps(result))
