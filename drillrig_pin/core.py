@@ -100,8 +100,8 @@ class CompiledDynamics:
             formulation={"multipliers": 0, "null_space": 1}[dynamics.formulation],
             correction=kind,
             correction_values=values,
-            redundant=dynamics.redundant,
-            rank=RANK,
+            rank=dynamics.rank,
+            rank_threshold=RANK,
         )
 
     def _callback(self, index: int, x: float, x_dot: float, t: float) -> tuple[float, float]:

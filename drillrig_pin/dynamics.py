@@ -16,7 +16,6 @@ import pinocchio as pin
 import scipy.linalg
 from scipy.linalg.lapack import dgesv
 
-from drillrig_pin.assembly import RANK
 from drillrig_pin.elements.base import Element, Law
 from drillrig_pin.errors import SingularConfigurationError
 from drillrig_pin.kinematics import Array, configuration_rate, velocity_map_is_identity
@@ -91,7 +90,9 @@ class Dynamics:
         self.laws = [e.bind(equilibrium.x0.get(e.name, 0.0), equilibrium.held.get(e.name, 0.0)) for e in self.forces]
         self.groups = self._group()
         self.targets = equilibrium.assembly.targets
-        self.redundant = bool(equilibrium.assembly.redundant)
+        # Counted once: a step off the constraints may make redundant rows seem independent, RankWatch sees real losses.
+        self.rank = self.space.m - len(equilibrium.assembly.redundant)
+        self.redundant = self.rank < self.space.m
         self.F = np.zeros(len(self.forces))
         self.x = self.space.x
         self.x_dot = np.zeros(len(self.forces))
@@ -156,9 +157,9 @@ class Dynamics:
     def solve(self, equations: Equations) -> tuple[Array, Array]:
         """Accelerations a (nv) and multipliers lambda (m) of assembled equations, in the chosen formulation."""
         if self.formulation == "null_space":
-            return solve_null_space(equations)
+            return solve_null_space(equations, self.rank)
         if self.redundant:
-            return solve_least_norm(equations)
+            return solve_least_norm(equations, self.rank)
         return solve_multipliers(equations, self._kkt)
 
     def rate(self, t: float, y: Array) -> Array:
@@ -198,7 +199,9 @@ class Dynamics:
     def _smallest(self, M: Array, violation: Array) -> Array:
         """Step with J step = violation that is smallest in the metric M: eq. (57) without forces."""
         equations = Equations(M, np.zeros(self._nv), self.space.J, violation, violation, violation)
-        return (solve_least_norm(equations) if self.redundant else solve_multipliers(equations, self._kkt))[0]
+        if self.redundant:
+            return solve_least_norm(equations, self.rank)[0]
+        return solve_multipliers(equations, self._kkt)[0]
 
     def switches(self, y: Array) -> Array:
         """Switching functions of all laws at a state, in a fixed order."""
@@ -235,28 +238,30 @@ def solve_multipliers(equations: Equations, workspace: Array | None = None) -> t
     return solution[:nv], solution[nv:]
 
 
-def solve_least_norm(equations: Equations) -> tuple[Array, Array]:
-    """As :func:`solve_multipliers` with redundant rows: of all multipliers those of least norm."""
+def solve_least_norm(equations: Equations, rank: int) -> tuple[Array, Array]:
+    """As :func:`solve_multipliers` with only ``rank`` independent rows: of all multipliers those of least norm."""
     M, J = equations.M, equations.J
     free = np.linalg.solve(M, equations.p1)
     Z = np.linalg.solve(M, J.T)
-    multipliers = np.asarray(np.linalg.lstsq(J @ Z, equations.p2 - J @ free, rcond=RANK)[0], dtype=float)
+    values, vectors = np.linalg.eigh(J @ Z)
+    values, vectors = values[len(values) - rank :], vectors[:, len(values) - rank :]
+    multipliers: Array = vectors @ ((vectors.T @ (equations.p2 - J @ free)) / values)
     return np.asarray(free + Z @ multipliers, dtype=float), multipliers
 
 
-def solve_null_space(equations: Equations) -> tuple[Array, Array]:
+def solve_null_space(equations: Equations, rank: int | None = None) -> tuple[Array, Array]:
     """Multipliers eliminated by R with J R = 0: [R^T M; J] a = [R^T p1; p2], eq. (58).
 
-    R comes from a pivoted QR of J^T, so redundant rows drop out; lambda is recovered with least norm from
-    J^T lambda = M a - p1.
+    R comes from a pivoted QR of J^T, whose first ``rank`` rows are kept (None: all), so redundant ones drop out;
+    lambda is recovered with least norm from J^T lambda = M a - p1.
     """
     M, J, p1 = equations.M, equations.J, equations.p1
     if not len(J):
         return np.asarray(np.linalg.solve(M, p1)), np.zeros(0)
-    Q, triangle, pivots = scipy.linalg.qr(J.T, pivoting=True)
-    diagonal = np.abs(np.diag(triangle))
-    rank = int((diagonal > RANK * diagonal[0]).sum()) if diagonal[0] > 0 else 0
+    rank = len(J) if rank is None else rank
+    Q, _, pivots = scipy.linalg.qr(J.T, pivoting=True)
     R, kept = Q[:, rank:], pivots[:rank]
     a: Array = np.linalg.solve(np.vstack([R.T @ M, J[kept]]), np.concatenate([R.T @ p1, equations.p2[kept]]))
-    multipliers = np.asarray(np.linalg.lstsq(J.T, M @ a - p1, rcond=RANK)[0], dtype=float)
+    U, values, V = np.linalg.svd(J, full_matrices=False)
+    multipliers: Array = U[:, :rank] @ ((V[:rank] @ (M @ a - p1)) / values[:rank])
     return a, multipliers

@@ -76,7 +76,7 @@ RigSpec make_spec(const std::string& tree, const Integers& joints, const Integer
                   const Numbers& b, const Numbers& c, const Integers& base, const Integers& moving, int constraints,
                   const Integers& kinds, const Integers& loads, const Numbers& parameters, const Integers& ranges,
                   Numbers series, Numbers lowest, Numbers highest, Numbers targets, const Integers& support, const Numbers& points, int formulation,
-                  int correction, const Numbers& correction_values, bool redundant, double rank) {
+                  int correction, const Numbers& correction_values, int rank, double rank_threshold) {
   RigSpec spec;
   spec.tree = std::make_shared<const Tree>(tree);
   Coordinates& all = spec.coordinates;
@@ -99,8 +99,8 @@ RigSpec make_spec(const std::string& tree, const Integers& joints, const Integer
   spec.formulation = static_cast<Formulation>(formulation);
   spec.correction = static_cast<Correction>(correction);
   for (int k = 0; k < 3; ++k) spec.correction_values[k] = correction_values.at(k);
-  spec.redundant = redundant;
   spec.rank = rank;
+  spec.rank_threshold = rank_threshold;
   const int nv = spec.tree->nv();
   spec.spans = spec.tree->spans();
   spec.support.assign(support.begin(), support.end());
@@ -213,15 +213,15 @@ NB_MODULE(_drillrig, module) {
               const Numbers& b, const Numbers& c, const Integers& base, const Integers& moving, int constraints,
               const Integers& kinds, const Integers& loads, const Numbers& parameters, const Integers& ranges,
               Numbers series, Numbers lowest, Numbers highest, Numbers targets, const Integers& support, const Numbers& points, int formulation,
-              int correction, const Numbers& correction_values, bool redundant, double rank) {
+              int correction, const Numbers& correction_values, int rank, double rank_threshold) {
              new (self) RigSpec(make_spec(tree, joints, counts, a, b, c, base, moving, constraints, kinds, loads,
                                           parameters, ranges, std::move(series), std::move(lowest), std::move(highest),
                                           std::move(targets), support, points,
-                                          formulation, correction, correction_values, redundant, rank));
+                                          formulation, correction, correction_values, rank, rank_threshold));
            },
            "tree"_a, "joints"_a, "counts"_a, "a"_a, "b"_a, "c"_a, "base"_a, "moving"_a, "constraints"_a, "kinds"_a,
            "loads"_a, "parameters"_a, "ranges"_a, "series"_a, "lowest"_a, "highest"_a, "targets"_a, "support"_a, "points"_a, "formulation"_a,
-           "correction"_a, "correction_values"_a, "redundant"_a, "rank"_a)
+           "correction"_a, "correction_values"_a, "rank"_a, "rank_threshold"_a)
       .def("evaluate", &evaluate_at, "t"_a, "y"_a, "law"_a = nb::none(),
            "Everything the right-hand side computes at (t, y), by name.")
       .def("run", &run_case, "y0"_a, "method"_a, "step"_a, "rtol"_a, "atol"_a, "max_step"_a, "projection"_a, "stops"_a,

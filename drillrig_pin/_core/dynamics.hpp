@@ -30,7 +30,7 @@ class Dynamics {
   void switch_values(const double* y, double* out);
   // J (m x nv, row-major) at the state last evaluated, and below which fraction of the largest a singular value is zero.
   const double* jacobian() const { return J_.data(); }
-  double rank_threshold() const { return spec_.rank; }
+  double rank_threshold() const { return spec_.rank_threshold; }
   // True if a force's coordinate has left its range: a cylinder its stroke.
   bool out_of_range() const;
   void points(double* out) const;
@@ -57,8 +57,7 @@ class Dynamics {
   bool solve_multipliers(const double* p1, const double* p2);
   void solve_least_norm(const double* p1, const double* p2);
   bool solve_null_space(const double* p1, const double* p2);
-  void invert_on_range(double threshold, int kept);  // lambda = S^+ tmp_m_ on the largest eigenvalues
-  int rank();                                    // of J, leaving its pivoted QR in qr_
+  void invert_on_range();
   bool smallest_step(const double* violation);
   void row_of(int wrench, double* out) const;
 

@@ -50,8 +50,8 @@ struct RigSpec {
   Formulation formulation = Formulation::multipliers;
   Correction correction = Correction::none;
   double correction_values[3] = {0, 0, 0};  // alpha, beta | rate, gain, width
-  bool redundant = false;
-  double rank = 1e-9;
+  int rank = 0;  // independent constraint rows
+  double rank_threshold = 1e-9;
 };
 
 }  // namespace drillrig

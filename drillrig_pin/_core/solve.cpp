@@ -14,7 +14,7 @@ using RowMatrix = Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic
 bool Dynamics::solve(const double* p1, const double* p2) {
   if (spec_.formulation == Formulation::null_space && m_ > 0) return solve_null_space(p1, p2);
   if (!dense::factor(tree_.M(), nv, L_.data())) return false;
-  if (spec_.redundant) {
+  if (spec_.rank < m_) {
     solve_least_norm(p1, p2);
     return true;
   }
@@ -56,24 +56,23 @@ void Dynamics::solve_least_norm(const double* p1, const double* p2) {
     for (int j = 0; j <= i; ++j) S_(i, j) = S_(j, i) = dense::dot(z, Z_.data() + j * nv, nv);
     tmp_m_[i] = p2[i] - dense::dot(z, a.data(), nv);
   }
-  invert_on_range(spec_.rank, m_);
+  invert_on_range();
   for (int i = 0; i < m_; ++i)
     for (int d = 0; d < nv; ++d) a[d] += Z_[i * nv + d] * lambda[i];
   dense::backward(L_.data(), nv, a.data());
 }
 
-void Dynamics::invert_on_range(double threshold, int kept) {
+// lambda = S^+ tmp_m_ on the span of the `rank` largest eigenvalues of S.
+void Dynamics::invert_on_range() {
   // Eigen's solver asks for memory at every call.
   dense::eigen(S_.data(), m_, vectors_.data());
-  double largest = 0.0;
-  for (int i = 0; i < m_; ++i) largest = std::fmax(largest, S_(i, i));
   lambda.setZero();
   for (int i = 0; i < m_; ++i) {
     const double value = S_(i, i);
     int larger = 0;
-    for (int j = 0; j < m_; ++j) larger += S_(j, j) > value;
+    for (int j = 0; j < m_; ++j) larger += S_(j, j) > value || (S_(j, j) == value && j < i);
     // A value that is not a number stays one.
-    if (larger >= kept || value <= threshold * largest) continue;
+    if (larger >= spec_.rank) continue;
     double part = 0.0;
     for (int k = 0; k < m_; ++k) part += vectors_[k * m_ + i] * tmp_m_[k];
     for (int k = 0; k < m_; ++k) lambda[k] += vectors_[k * m_ + i] * (part / value);
@@ -84,7 +83,9 @@ void Dynamics::invert_on_range(double threshold, int kept) {
 bool Dynamics::solve_null_space(const double* p1, const double* p2) {
   const Map<const Eigen::VectorXd> applied(p1, nv);
   M_full_ = Map<const Eigen::MatrixXd>(tree_.M(), nv, nv).selfadjointView<Eigen::Upper>();
-  const int rank = this->rank();
+  const int rank = spec_.rank;
+  Jt_ = RowMatrix(J_.data(), m_, nv).transpose();
+  qr_.compute(Jt_);
   Q_.setIdentity();
   qr_.householderQ().applyThisOnTheLeft(Q_, tmp_v_);
   for (int i = 0; i < rank; ++i) {
@@ -105,25 +106,14 @@ bool Dynamics::solve_null_space(const double* p1, const double* p2) {
   right_ -= applied;
   S_.noalias() = Jt_.transpose() * Jt_;
   tmp_m_.noalias() = Jt_.transpose() * right_;
-  // Eigenvalues of J J^T are squares: below 1e-8 of the largest singular value they are rounding, so the QR decides.
-  invert_on_range(0.0, rank);
+  invert_on_range();
   return true;
 }
 
 bool Dynamics::smallest_step(const double* violation) {
-  if (!spec_.redundant) return solve_multipliers(zero_v_.data(), violation);
+  if (spec_.rank == m_) return solve_multipliers(zero_v_.data(), violation);
   solve_least_norm(zero_v_.data(), violation);
   return true;
-}
-
-int Dynamics::rank() {
-  if (m_ == 0) return 0;
-  Jt_ = RowMatrix(J_.data(), m_, nv).transpose();
-  qr_.compute(Jt_);
-  const double largest = std::abs(qr_.matrixQR()(0, 0));
-  int rank = 0;
-  for (int i = 0; i < std::min(nv, m_); ++i) rank += std::abs(qr_.matrixQR()(i, i)) > spec_.rank * largest;
-  return rank;
 }
 
 }  // namespace drillrig
