@@ -7,15 +7,25 @@ import numpy
 from numpy.typing import NDArray
 
 
+class CompiledTree:
+    """A Pinocchio model; immutable, shared by the rigs made of it."""
+
+    def __init__(self, text: str) -> None: ...
+
 class CompiledRig:
     """A rig bound to its equilibrium; immutable, shared by threads."""
 
-    def __init__(self, tree: str, joints: Sequence[int], counts: Sequence[int], a: Sequence[float], b: Sequence[float], c: Sequence[float], base: Sequence[int], moving: Sequence[int], constraints: int, kinds: Sequence[int], loads: Sequence[int], parameters: Sequence[float], ranges: Sequence[int], series: Sequence[float], lowest: Sequence[float], highest: Sequence[float], targets: Sequence[float], support: Sequence[int], points: Sequence[float], formulation: int, correction: int, correction_values: Sequence[float], rank: int, rank_threshold: float) -> None: ...
+    def __init__(self, tree: CompiledTree, joints: Sequence[int], counts: Sequence[int], a: Sequence[float], b: Sequence[float], c: Sequence[float], base: Sequence[int], moving: Sequence[int], constraints: int, kinds: Sequence[int], loads: Sequence[int], parameters: Sequence[float], ranges: Sequence[int], series: Sequence[float], lowest: Sequence[float], highest: Sequence[float], targets: Sequence[float], support: Sequence[int], points: Sequence[float], formulation: int, correction: int, correction_values: Sequence[float], rank: int, rank_threshold: float) -> None: ...
 
     def evaluate(self, t: float, y: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], law: object | None = None) -> dict:
         """Everything the right-hand side computes at (t, y), by name."""
 
-    def run(self, y0: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], method: int, step: float, rtol: float, atol: Sequence[float], max_step: float, projection: bool, stops: Sequence[float], kept: Sequence[int], arrays: Sequence[Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')] | None], law: object | None = None, beat: object | None = None) -> tuple:
+    def rates(self, times: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], states: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], rates: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], law: object | None = None) -> bool:
+        """
+        Right-hand sides at times (k) and states (k, size), into rates (k, size); true if one is singular.
+        """
+
+    def run(self, y0: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], method: int, step: float, rtol: float, atol: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], max_step: float, projection: bool, stops: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], kept: Annotated[NDArray[numpy.uint8], dict(order='C', device='cpu')], breaks: Annotated[NDArray[numpy.uint8], dict(order='C', device='cpu')], arrays: Sequence[Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')] | None], law: object | None = None, beat: object | None = None) -> tuple:
         """
         Integrate from stops[0] to stops[-1]; fills the arrays; returns (error, status, time, samples, steps, evaluations, switches, last state).
         """

@@ -39,7 +39,9 @@ class Assembly:
     redundant: tuple[str, ...]
 
 
-def assemble_state(rig: Rig, q: Array, v: Array, targets: dict[str, float] | None = None) -> Assembly:
+def assemble_state(
+    rig: Rig, q: Array, v: Array, targets: dict[str, float] | None = None, space: Workspace | None = None
+) -> Assembly:
     """Project a nominal state onto the constraints.
 
     Minimises the Euclidean norm of the change of the dofs (radians and metres alike) subject to f(q) = 0, by
@@ -51,6 +53,7 @@ def assemble_state(rig: Rig, q: Array, v: Array, targets: dict[str, float] | Non
         q: nominal configuration (nq).
         v: nominal velocity (nv).
         targets: values [m] for hold rows by name (``face.y``), replacing those of the model.
+        space: a workspace of the rig to use; None: one of its own.
 
     Raises:
         AssemblyError: unknown row name, or no configuration near q satisfies the constraints.
@@ -62,7 +65,7 @@ def assemble_state(rig: Rig, q: Array, v: Array, targets: dict[str, float] | Non
         if name not in names:
             raise AssemblyError(f"no constraint row {name!r} to give a target", todo=legal_names(name, names, "rows"))
     wanted = [given.get(row.name, row.target) for row in rows]
-    space = Workspace(rig, ())
+    space = space or Workspace(rig, ())
     fixed = np.array([i for i, target in enumerate(wanted) if target is not None], dtype=int)
     goal = np.array([0.0 if target is None else target for target in wanted])
     q0 = q.copy()

@@ -100,6 +100,7 @@ class CoordinateSet:
         model: Pinocchio model.
         coordinates: what to evaluate.
         biased: how many coordinates at the sorted end need the bias term (the constraints).
+        support: the model's support matrix, where it is at hand.
 
     Attributes:
         x: coordinates (n).
@@ -108,7 +109,9 @@ class CoordinateSet:
         kinds: the coordinates sorted: joints, turns, lines, slides, angles.
     """
 
-    def __init__(self, model: Any, coordinates: list[Coordinate], biased: int = 0) -> None:
+    def __init__(
+        self, model: Any, coordinates: list[Coordinate], biased: int = 0, support: Array | None = None
+    ) -> None:
         order = sorted(range(len(coordinates)), key=lambda i: _ORDER.index(type(coordinates[i])))
         n = self.size = len(coordinates)
         self.position = np.argsort(np.array(order, dtype=int)) if order else np.zeros(0, dtype=int)
@@ -120,7 +123,7 @@ class CoordinateSet:
         self.rows = np.zeros((n, model.nv))
         self.W = np.zeros((n - nj, 6))
         self._joints = _JointPart(joints, self.x, self.rows)
-        support = support_matrix(model)
+        support = support_matrix(model) if support is None else support
         bodies = [(c.base, c.body) for c in turns] + [(c.start.joint, c.end.joint) for c in lines]
         bodies += [(c.origin.joint, c.point.joint) for c in slides] + [(c.base.joint, c.moving.joint) for c in angles]
         base, moving = (support[[pair[i] for pair in bodies]].reshape(-1, model.nv) for i in (0, 1))

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drillrig_pin._drillrig import CompiledRig
+from drillrig_pin._drillrig import CompiledRig, CompiledTree
 from drillrig_pin.assembly import RANK
 from drillrig_pin.coordinates import Angle, CoordinateSet, Line, Slide, Turn
 from drillrig_pin.dynamics import Dynamics
@@ -17,8 +17,8 @@ from drillrig_pin.elements.contact import BilateralContact, UnilateralContact
 from drillrig_pin.elements.cylinder import Cylinder, LockedOil, LockedOilAsPrinted
 from drillrig_pin.elements.loads import HarmonicLaw, TableLaw
 from drillrig_pin.elements.springs import ConstantForce, SpringDamper
-from drillrig_pin.errors import Status
-from drillrig_pin.kinematics import Anchor, Array, support_matrix
+from drillrig_pin.errors import SingularConfigurationError, Status
+from drillrig_pin.kinematics import Anchor, Array
 from drillrig_pin.scenario import CORE_METHODS
 from drillrig_pin.stepping import Settings, stops_of
 
@@ -78,7 +78,7 @@ class CompiledDynamics:
         a, b, c, base, moving = _wrenches(turns, lines, slides, angles)
         kind, values = dynamics.correction.parameters
         self.rig = CompiledRig(
-            tree=rig.model.saveToString(),
+            tree=rig.once("compiled tree", lambda: CompiledTree(rig.model.saveToString())),
             joints=[n for j in joints for n in (j.index_q, j.index_v, int(j.continuous))],
             counts=[len(turns), len(lines), len(slides), len(angles)],
             a=a,
@@ -95,7 +95,7 @@ class CompiledDynamics:
             lowest=[_range_of(dynamics.forces[i])[0] for i in order],
             highest=[_range_of(dynamics.forces[i])[1] for i in order],
             targets=dynamics.targets.tolist(),
-            support=support_matrix(rig.model).astype(int).ravel().tolist(),
+            support=space.support.astype(int).ravel().tolist(),
             points=_rows([rig.point(name) for name in rig.tracked]),
             formulation={"multipliers": 0, "null_space": 1}[dynamics.formulation],
             correction=kind,
@@ -117,22 +117,35 @@ class CompiledDynamics:
 
         Ctrl-C and errors of a callback stop the run within about 50 ms; what was computed stays in the arrays.
         """
-        stops, kept = stops_of(samples, self.dynamics.breakpoints())
+        stops, kept, breaks = stops_of(samples, self.dynamics.breakpoints())
         error, status, *rest = self.rig.run(
             y0=y0,
             method=CORE_METHODS.index(settings.method),
             step=settings.step,
             rtol=settings.rtol,
-            atol=settings.atol.tolist(),
+            atol=settings.atol,
             max_step=settings.max_step if np.isfinite(settings.max_step) else 0.0,
             projection=settings.projection,
-            stops=stops.tolist(),
-            kept=kept.tolist(),
+            stops=stops,
+            kept=kept.astype(np.uint8),
+            breaks=breaks.astype(np.uint8),
             arrays=arrays,
             law=self._callback,
             beat=progress,
         )
         return Report(error, *STATUS[status], *rest)
+
+    def rates(self, times: Array, states: Array) -> Array:
+        """dy/dt (k, size) at times (k) and states (k, size).
+
+        Raises:
+            SingularConfigurationError: the constraint Jacobian has no full rank at one of them.
+        """
+        rates = np.empty_like(states)
+        singular = self.rig.rates(np.ascontiguousarray(times), np.ascontiguousarray(states), rates, self._callback)
+        if singular:
+            raise SingularConfigurationError("the constraint Jacobian has lost rank")
+        return rates
 
     def evaluate(self, t: float, y: Array) -> dict[str, Any]:
         """All that the right-hand side computes, by name."""

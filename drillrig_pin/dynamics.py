@@ -68,6 +68,7 @@ class Dynamics:
         loads: names of the loads that act; None: all.
         formulation: ``multipliers`` (KKT, eq. (57)) or ``null_space`` (multipliers eliminated, eq. (58)).
         correction: stabilising term of the acceleration constraint; None: none.
+        space: a workspace of the rig to take over, if it has the forces that act; None: one of its own.
     """
 
     def __init__(
@@ -78,6 +79,7 @@ class Dynamics:
         loads: frozenset[str] | None = None,
         formulation: Formulation = "multipliers",
         correction: Correction | None = None,
+        space: Workspace | None = None,
     ) -> None:
         self.rig = rig
         self.equilibrium = equilibrium
@@ -86,7 +88,7 @@ class Dynamics:
         self.forces: tuple[Element, ...] = tuple(
             e for e in rig.forces if not e.load or loads is None or e.name in loads
         )
-        self.space = Workspace(rig, self.forces)
+        self.space = space if space and space.forces == self.forces else Workspace(rig, self.forces)
         self.laws = [e.bind(equilibrium.x0.get(e.name, 0.0), equilibrium.held.get(e.name, 0.0)) for e in self.forces]
         self.groups = self._group()
         self.targets = equilibrium.assembly.targets

@@ -128,7 +128,7 @@ def _advance(solver: Any, counter: Counter) -> None:
 def _one_step(
     system: System, y0: Array, samples: Array, inner: Array, settings: Settings, counter: Counter
 ) -> Iterator[tuple[float, Array]]:
-    stops, is_sample = stops_of(samples, inner)
+    stops, is_sample, _ = stops_of(samples, inner)
     watch = _Watch(system, y0)
     solver = _solver(system, float(stops[0]), y0, float(stops[1]), settings)
     for stop, sampled in zip(stops[1:].tolist(), is_sample[1:].tolist(), strict=True):

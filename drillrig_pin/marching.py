@@ -17,47 +17,48 @@ from drillrig_pin.recorder import Recorder
 from drillrig_pin.stepping import Counter, Settings, StoppedError
 
 Progress = Callable[[float], None]
-March = Callable[[Dynamics, Settings, Array, Recorder, Counter, Progress | None], None]
+#: Integrates over the samples into the recorder; StoppedError if it cannot go on.
+March = Callable[[Settings, Array, Recorder, Counter, Progress | None], None]
+#: dy/dt (k, size) at times (k) and states (k, size).
+Rates = Callable[[Array, Array], Array]
 
 
-def march_python(
-    dynamics: Dynamics,
-    settings: Settings,
-    samples: Array,
-    recorder: Recorder,
-    counter: Counter,
-    progress: Progress | None,
-) -> None:
-    """Integrate in Python; StoppedError if it cannot go on."""
-    # SciPy's integrators take a third of a second to import, which a run in the core need not wait for.
-    from drillrig_pin.integrators import integrate
+def march_python(dynamics: Dynamics) -> tuple[March, Rates]:
+    """A bound rig in Python, to be marched and to be looked at."""
 
-    watch = RankWatch()
-    every = max(1, len(samples) // 200)
-    with np.errstate(all="ignore"):
-        for t, y in integrate(dynamics, dynamics.initial(), samples, dynamics.breakpoints(), settings, counter):
-            broken = broken_cylinder(dynamics)
-            if broken:
-                raise StoppedError(Status.DIVERGED, t, broken, y)
-            watch.look(dynamics.space.J)
-            recorder.record(t, y)
-            if progress is not None and recorder.count % every == 0:
-                progress(t)
+    def march(
+        settings: Settings, samples: Array, recorder: Recorder, counter: Counter, progress: Progress | None
+    ) -> None:
+        # SciPy's integrators take a third of a second to import, which a run in the core need not wait for.
+        from drillrig_pin.integrators import integrate
+
+        watch = RankWatch()
+        every = max(1, len(samples) // 200)
+        with np.errstate(all="ignore"):
+            for t, y in integrate(dynamics, dynamics.initial(), samples, dynamics.breakpoints(), settings, counter):
+                broken = broken_cylinder(dynamics)
+                if broken:
+                    raise StoppedError(Status.DIVERGED, t, broken, y)
+                watch.look(dynamics.space.J)
+                recorder.record(t, y)
+                if progress is not None and recorder.count % every == 0:
+                    progress(t)
+
+    def rates(times: Array, states: Array) -> Array:
+        with np.errstate(all="ignore"):
+            return np.array([dynamics.rate(t, y) for t, y in zip(times.tolist(), states, strict=True)])
+
+    return march, rates
 
 
-def compiled_march(dynamics: Dynamics) -> March:
-    """Compile a bound rig once; what comes back marches like :func:`march_python`, in the core and without the GIL."""
+def march_core(dynamics: Dynamics) -> tuple[March, Rates]:
+    """The same in the compiled core, which marches without the GIL."""
     from drillrig_pin.core import CompiledDynamics
 
     compiled = CompiledDynamics(dynamics)
 
     def march(
-        dynamics: Dynamics,
-        settings: Settings,
-        samples: Array,
-        recorder: Recorder,
-        counter: Counter,
-        progress: Progress | None,
+        settings: Settings, samples: Array, recorder: Recorder, counter: Counter, progress: Progress | None
     ) -> None:
         report = compiled.run(dynamics.initial(), settings, samples, recorder.arrays(), progress)
         recorder.count = report.samples
@@ -71,7 +72,7 @@ def compiled_march(dynamics: Dynamics) -> March:
         if report.status is not Status.COMPLETED:
             raise StoppedError(report.status, report.time, report.cause, report.state)
 
-    return march
+    return march, compiled.rates
 
 
 @lru_cache(maxsize=1)

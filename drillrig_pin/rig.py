@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import pinocchio as pin
@@ -23,6 +24,8 @@ from drillrig_pin.kinematics import Anchor, Array
 from drillrig_pin.model.modelfile import ModelFile, read_model, read_model_text
 from drillrig_pin.model.nodes import Node
 from drillrig_pin.model.urdfcheck import Problem, check_urdf
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -49,28 +52,28 @@ class Rig:
     poses: dict[str, Pose] = field(repr=False)
     sources: dict[str, Source] = field(repr=False)
 
-    @property
+    @cached_property
     def joints(self) -> list[str]:
         """Names of the moving joints."""
         return list(self.model.names)[1:]
 
-    @property
+    @cached_property
     def coordinate_names(self) -> list[str]:
         """A name for every entry of q."""
         return _expand(self.model, "nq", {2: ("cos", "sin"), 7: ("x", "y", "z", "qx", "qy", "qz", "qw")})
 
-    @property
+    @cached_property
     def dof_names(self) -> list[str]:
         """A name for every entry of v."""
         return _expand(self.model, "nv", {6: ("vx", "vy", "vz", "wx", "wy", "wz")})
 
-    @property
+    @cached_property
     def rows(self) -> tuple[Row, ...]:
         """All scalar constraint rows, sorted as the coordinates of a run: translations first, then rotations."""
         rows = [row for constraint in self.constraints for row in constraint.rows(self)]
         return tuple(sorted(rows, key=lambda row: row.unit != "m"))
 
-    @property
+    @cached_property
     def tracked(self) -> list[str]:
         """Names of the points reported over time."""
         return [name for name, point in self.points.items() if point.track]
@@ -79,6 +82,17 @@ class Rig:
         """Anchor of a named point; ModelError with the legal names if there is none."""
         joint, placement = self._placed(name)
         return Anchor(joint, tuple(placement.translation.tolist()))
+
+    def once(self, what: str, make: Callable[[], T]) -> T:
+        """Something that follows from the rig alone, made when first asked for and then kept with it."""
+        if what not in self._made:
+            self._made[what] = make()
+        made: T = self._made[what]
+        return made
+
+    @cached_property
+    def _made(self) -> dict[str, Any]:
+        return {}
 
     def direction(self, point: str, axis: tuple[float, float, float], frame: str) -> Anchor:
         """A direction in the axes of a point ('body') or of the world ('world')."""
@@ -129,6 +143,11 @@ class Rig:
         q[joint.idx_q : joint.idx_q + joint.nq] = position
 
     def _placed(self, name: str) -> tuple[int, Any]:
+        """Joint that carries a point, and the point's frame in the joint's."""
+        placed: tuple[int, Any] = self.once(f"point {name}", lambda: self._place(name))
+        return placed
+
+    def _place(self, name: str) -> tuple[int, Any]:
         if name not in self.points:
             raise ModelError(f"no point {name!r}", todo=legal_names(name, self.points, "points"))
         point = self.points[name]

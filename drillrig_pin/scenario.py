@@ -18,7 +18,7 @@ MAX_SAMPLES = 50_000_000
 MAX_DEPTH = 20
 
 #: Integrators of the compiled core.
-CORE_METHODS = ("RK4", "DOP853", "RODAS")
+CORE_METHODS = ("RK4", "DOP853", "RODAS", "ExpAdams")
 #: Integrators of the Python engine.
 PYTHON_METHODS = ("RK4", "DOP853", "Radau", "LSODA")
 
@@ -49,7 +49,7 @@ class Stabilization(_Part):
 class Integrator(_Part):
     """Which integrator, how tight."""
 
-    method: Literal["auto", "RK4", "DOP853", "RODAS", "Radau", "LSODA"] = Field(
+    method: Literal["auto", "RK4", "DOP853", "RODAS", "ExpAdams", "Radau", "LSODA"] = Field(
         "auto", description="auto: DOP853, or for stiff machines RODAS (core) or Radau (Python)"
     )
     step: Positive = Field(2.5e-4, description="step of RK4 [s]")

@@ -23,21 +23,21 @@ from drillrig_pin.errors import (
     legal_names,
 )
 from drillrig_pin.kinematics import Array
-from drillrig_pin.marching import broken_cylinder, compiled_march, core_is_installed, march_python
+from drillrig_pin.marching import broken_cylinder, march_core, march_python
+from drillrig_pin.methods import engine_of, method_of
 from drillrig_pin.recorder import Recorder
 from drillrig_pin.rig import Rig
-from drillrig_pin.scenario import CORE_METHODS, Scenario
+from drillrig_pin.scenario import Scenario
 from drillrig_pin.stabilization import Baumgarte, Correction, NoCorrection, SlidingMode, automatic_rate
 from drillrig_pin.statics import Equilibrium, find_equilibrium
 from drillrig_pin.stepping import Counter, Settings, StoppedError
 from drillrig_pin.trajectory import Trajectory
+from drillrig_pin.workspace import Workspace
 
 Progress = Callable[[float], None]
 
 #: A run that breaks down while a cylinder is nearer to an end than this fraction of its stroke broke down there.
 SPARE = 0.1
-#: Decay rate [1/s] from which `auto` takes an implicit method: an explicit one would need steps below 0.2 ms.
-STIFF = 3e4
 
 
 def simulate(rig: Rig, scenario: Scenario | None = None, progress: Progress | None = None) -> Trajectory:
@@ -94,10 +94,10 @@ class Case:
         self.scenario = scenario
         self.dynamics = prepare(rig, scenario)
         self.engine = engine_of(scenario)
-        self.method = method_of(scenario, self.engine, self.dynamics)
+        self._march, rates = march_python(self.dynamics) if self.engine == "python" else march_core(self.dynamics)
+        self.method = method_of(scenario, self.engine, self.dynamics, rates)
         self._settings = _settings(self.dynamics, scenario, self.method)
         self._samples = sample_times(scenario)
-        self._march = march_python if self.engine == "python" else compiled_march(self.dynamics)
 
     def run(self, progress: Progress | None = None) -> Trajectory:
         """Simulate; see :func:`simulate`."""
@@ -117,7 +117,7 @@ class Case:
         dynamics = self.dynamics
         status, cause = Status.COMPLETED, ""
         try:
-            self._march(dynamics, self._settings, self._samples, recorder, counter, progress)
+            self._march(self._settings, self._samples, recorder, counter, progress)
         except StoppedError as stopped:
             status, cause = stopped.status, stopped.cause
             dynamics.evaluate_forces(stopped.time, *np.split(stopped.state[:-2], [dynamics.rig.model.nq]))
@@ -142,8 +142,9 @@ def sample_times(scenario: Scenario) -> Array:
     return times
 
 
-def start_state(rig: Rig, scenario: Scenario) -> Equilibrium:
+def start_state(rig: Rig, scenario: Scenario, space: Workspace | None = None) -> Equilibrium:
     """The assembled initial state of a scenario and its static equilibrium."""
+    space = space or Workspace(rig, rig.forces)
     pose = scenario.pose
     if pose is None and rig.poses:
         pose = next(iter(rig.poses))
@@ -153,8 +154,8 @@ def start_state(rig: Rig, scenario: Scenario) -> Equilibrium:
         if name not in rig.dof_names:
             raise ScenarioError(f"no dof {name!r}", todo=legal_names(name, rig.dof_names, "dofs"))
         v[rig.dof_names.index(name)] = value
-    assembly = assemble_state(rig, q, v, scenario.targets)
-    equilibrium = find_equilibrium(rig, assembly)
+    assembly = assemble_state(rig, q, v, scenario.targets, space)
+    equilibrium = find_equilibrium(rig, assembly, space)
     for element in rig.forces:
         if isinstance(element, Cylinder):
             _require_stroke(element, equilibrium.x0[element.name])
@@ -183,12 +184,14 @@ def prepare(rig: Rig, scenario: Scenario) -> Dynamics:
     for element in rig.forces:
         if isinstance(element, Load) and element.name in acting:
             _require_covered(element, scenario.duration)
+    space = Workspace(rig, rig.forces)
     return Dynamics(
         rig,
-        start_state(rig, scenario),
+        start_state(rig, scenario, space),
         loads=acting,
         formulation=scenario.formulation,
         correction=correction_of(scenario),
+        space=space,
     )
 
 
@@ -213,57 +216,6 @@ def correction_of(scenario: Scenario) -> Correction:
     if given.method == "sliding_mode":
         return SlidingMode(automatic if given.rate == "auto" else given.rate, given.gain, given.width)
     return NoCorrection()
-
-
-def engine_of(scenario: Scenario) -> str:
-    """The engine that will run a scenario: ``core`` or ``python``.
-
-    Raises:
-        ScenarioError: the core is asked for and not installed.
-    """
-    if scenario.engine == "python":
-        return "python"
-    if core_is_installed():
-        return "core" if scenario.integrator.method in ("auto", *CORE_METHODS) else "python"
-    if scenario.engine == "core":
-        raise ScenarioError(
-            "the compiled core is not installed", todo="Install a C++ compiler and reinstall, or choose engine: python."
-        )
-    return "python"
-
-
-def method_of(scenario: Scenario, engine: str, dynamics: Dynamics) -> str:
-    """The integrator of a scenario; ``auto`` looks at the machine.
-
-    An explicit method cannot step much beyond 6 / |lambda| with lambda the fastest eigenvalue, whatever the tolerance.
-    DOP853 pays about 12 evaluations for a step, the implicit ones 20 to 30 with their Jacobian, so these win where the
-    fastest eigenvalue is a damping (not a vibration, which would have to be followed) well above what the motion needs.
-    """
-    chosen = scenario.integrator
-    if chosen.method != "auto":
-        return chosen.method
-    try:
-        stiff = fastest_damping(dynamics) > STIFF
-    except (SingularConfigurationError, np.linalg.LinAlgError):
-        stiff = False  # the run itself will say what is wrong
-    if stiff:
-        return "RODAS" if engine == "core" else "Radau"
-    return "DOP853"
-
-
-def fastest_damping(dynamics: Dynamics) -> float:
-    """Largest decay rate [1/s] among the modes at the initial state, from a Jacobian by differences."""
-    y = dynamics.initial()
-    n = len(y) - 2
-    base = dynamics.rate(0.0, y)[:n]
-    jacobian = np.empty((n, n))
-    for k in range(n):
-        moved = y.copy()
-        moved[k] += 1e-7
-        jacobian[:, k] = (dynamics.rate(0.0, moved)[:n] - base) / 1e-7
-    if not np.isfinite(jacobian).all():
-        return 0.0
-    return float(-np.linalg.eigvals(jacobian).real.min(initial=0.0))
 
 
 def _settings(dynamics: Dynamics, scenario: Scenario, method: str) -> Settings:

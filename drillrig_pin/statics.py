@@ -40,23 +40,23 @@ class Equilibrium:
         return bool(np.abs(self.unbalanced).max(initial=0.0) <= 1e-6)
 
 
-def find_equilibrium(rig: Rig, assembly: Assembly) -> Equilibrium:
+def find_equilibrium(rig: Rig, assembly: Assembly, space: Workspace | None = None) -> Equilibrium:
     """Holding forces F and reactions lambda with  g(q) = rows^T F + J^T lambda  at zero velocity.
 
     Pinocchio's g is the generalised gravity that must be carried (the sign mechanics asks for; eq. (6) of [Tram2023]
     prints the opposite). Elements whose force does not come from equilibrium (contact preload, springs with a rest
     length of their own, constant torques) act with it. Holds carry nothing as long as the other elements and the loops
     suffice: the machine carries its own weight before its tip is pinned. Where several solutions remain, the one of
-    least norm is taken.
+    least norm is taken. ``space``: a workspace with all forces of the rig to use; None: one of its own.
     """
-    forces = [element for element in rig.forces if not element.load]
-    space = Workspace(rig, forces)
+    space = space or Workspace(rig, rig.forces)
+    placed = [(e, i) for e, i in zip(space.forces, space.index, strict=True) if not e.load]
     q, zero = assembly.q, np.zeros(rig.model.nv)
     space.update(q, zero)
-    x0 = {element.name: float(space.x[i]) for element, i in zip(forces, space.index, strict=True)}
+    x0 = {element.name: float(space.x[i]) for element, i in placed}
     needed = pin.computeGeneralizedGravity(rig.model, space.kinematics.data, q).copy()
     columns = []
-    for element, i in zip(forces, space.index, strict=True):
+    for element, i in placed:
         if element.holding:
             columns.append(space.rows[i])
         else:
@@ -73,7 +73,7 @@ def find_equilibrium(rig: Rig, assembly: Assembly) -> Equilibrium:
         solution = _carry(np.vstack([carriers, space.J]), needed)
         reaction = solution[len(columns) :]
         rest = needed - np.vstack([carriers, space.J]).T @ solution
-    holding = [element for element in forces if element.holding]
+    holding = [element for element, _ in placed if element.holding]
     held = {element.name: float(F) for element, F in zip(holding, solution, strict=False)}
     pressures = {
         element.name: element.rest_pressures(held[element.name]) for element in holding if isinstance(element, Cylinder)

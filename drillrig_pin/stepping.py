@@ -40,14 +40,21 @@ class Counter:
     switches: int = 0
 
 
-def stops_of(samples: Array, breakpoints: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
-    """Times at which a step must end, and which of them are samples.
+Flags = npt.NDArray[np.bool_]
 
-    A breakpoint that all but coincides with a sample is left out: it would leave a step of rounding size.
+
+def stops_of(samples: Array, breakpoints: Array) -> tuple[Array, Flags, Flags]:
+    """Times at which a step must end, which of them are samples, and behind which some law goes on otherwise.
+
+    A breakpoint that all but coincides with a sample is taken for the sample: it would leave a step of rounding size.
     """
     inner = breakpoints[(breakpoints > samples[0]) & (breakpoints < samples[-1])]
     behind = np.searchsorted(samples, inner)
     distance = np.minimum(samples[behind] - inner, inner - samples[behind - 1])
-    stops = np.concatenate([samples, inner[distance > 1e-12]])
+    apart = distance > 1e-12
+    stops = np.concatenate([samples, inner[apart]])
+    breaks = np.arange(len(stops)) >= len(samples)
+    close = behind[~apart]
+    breaks[np.where(samples[close] - inner[~apart] <= 1e-12, close, close - 1)] = True
     order = np.argsort(stops, kind="stable")
-    return stops[order], order < len(samples)
+    return stops[order], order < len(samples), breaks[order]

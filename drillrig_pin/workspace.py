@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from drillrig_pin.coordinates import Coordinate, CoordinateSet
 from drillrig_pin.elements.base import Element
-from drillrig_pin.kinematics import Array, Kinematics, anchor_matrix
+from drillrig_pin.kinematics import Array, Kinematics, anchor_matrix, support_matrix
 from drillrig_pin.rig import Rig
 
 
@@ -14,6 +14,7 @@ class Workspace:
     """Kinematics and coordinates of a rig; ``update`` makes all of them true for a state.
 
     Attributes:
+        support: which dofs move which joint, (njoints, nv).
         forces: the force elements evaluated.
         index: where each force's coordinate is found in ``x``.
         rows: gradient rows of all coordinates, forces first, (forces + constraints, nv).
@@ -29,7 +30,8 @@ class Workspace:
         coordinates: list[Coordinate] = [element.coordinate(rig) for element in self.forces]
         coordinates += [row.coordinate for row in constraint_rows]
         self.kinematics = Kinematics(rig.model)
-        self.coordinates = CoordinateSet(rig.model, coordinates, self.m)
+        self.support = rig.once("support", lambda: support_matrix(rig.model))
+        self.coordinates = CoordinateSet(rig.model, coordinates, self.m, self.support)
         n = len(self.forces)
         self.index = self.coordinates.position[:n]
         self.rows = self.coordinates.rows[:n]

@@ -98,7 +98,8 @@ def test_every_shipped_scenario_runs_alike(name: str, method: str) -> None:
     assert core.outcome.completed
     assert_same(core, python, terms_of_acceleration(rig, case))
     # At 1e-11 the error estimate is mostly rounding, and so are some of the choices of a step.
-    assert core.cost["evaluations"] == pytest.approx(python.cost["evaluations"], rel=0.1)
+    # The core does not evaluate the end of a step that is about to be projected: RK4 saves one of five.
+    assert 0.75 < core.cost["evaluations"] / python.cost["evaluations"] < 1.1
 
 
 @pytest.mark.parametrize(

@@ -28,6 +28,7 @@ LAYERS: list[tuple[str, ...]] = [
     ("integrators", "core", "trajectory"),
     ("recorder",),
     ("marching",),
+    ("methods",),
     ("simulation",),
     ("analysis.",),
     ("check", "check_pose", "plots"),

@@ -21,6 +21,7 @@ namespace {
 using Numbers = std::vector<double>;
 using Integers = std::vector<int>;
 using Array = nb::ndarray<double, nb::c_contig, nb::device::cpu>;
+using Flags = nb::ndarray<unsigned char, nb::c_contig, nb::device::cpu>;
 
 std::vector<Anchor> anchors_of(const Numbers& table) {
   std::vector<Anchor> anchors;
@@ -72,13 +73,13 @@ bool call_beat(void* owner, double t) {
   return true;
 }
 
-RigSpec make_spec(const std::string& tree, const Integers& joints, const Integers& counts, const Numbers& a,
+RigSpec make_spec(std::shared_ptr<const Tree> tree, const Integers& joints, const Integers& counts, const Numbers& a,
                   const Numbers& b, const Numbers& c, const Integers& base, const Integers& moving, int constraints,
                   const Integers& kinds, const Integers& loads, const Numbers& parameters, const Integers& ranges,
                   Numbers series, Numbers lowest, Numbers highest, Numbers targets, const Integers& support, const Numbers& points, int formulation,
                   int correction, const Numbers& correction_values, int rank, double rank_threshold) {
   RigSpec spec;
-  spec.tree = std::make_shared<const Tree>(tree);
+  spec.tree = std::move(tree);
   Coordinates& all = spec.coordinates;
   for (std::size_t i = 0; i + 2 < joints.size(); i += 3)
     all.joints.push_back({joints[i], joints[i + 1], joints[i + 2] != 0});
@@ -118,6 +119,9 @@ RigSpec make_spec(const std::string& tree, const Integers& joints, const Integer
   return spec;
 }
 
+Numbers all_of(const Array& array) { return {array.data(), array.data() + array.size()}; }
+std::vector<unsigned char> all_of(const Flags& array) { return {array.data(), array.data() + array.size()}; }
+
 void require(const Array& array, std::size_t size, const char* what) {
   if (array.size() != size) throw std::invalid_argument(std::string("array of the wrong size: ") + what);
 }
@@ -149,18 +153,34 @@ nb::dict evaluate_at(const RigSpec& spec, double t, const Array& y, nb::object l
   return out;
 }
 
-nb::tuple run_case(const RigSpec& spec, const Array& y0, int method, double step, double rtol, Numbers atol,
-                   double max_step, bool projection, Numbers stops, const std::vector<unsigned char>& kept,
+// dy/dt by rows at times and states by rows; true if one of them is singular.
+bool rates_at(const RigSpec& spec, const Array& times, const Array& states, const Array& rates, nb::object law) {
+  Borrowed borrowed{law, nb::none(), std::nullopt};
+  Dynamics d(spec, call_law, &borrowed);
+  const std::size_t n = d.size();
+  require(states, times.size() * n, "states");
+  require(rates, times.size() * n, "rates");
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const Status status = d.rate(times.data()[i], states.data() + i * n, rates.data() + i * n);
+    if (borrowed.error) throw std::move(*borrowed.error);
+    if (status == Status::singular) return true;
+  }
+  return false;
+}
+
+nb::tuple run_case(const RigSpec& spec, const Array& y0, int method, double step, double rtol, const Array& atol,
+                   double max_step, bool projection, const Array& stops, const Flags& kept, const Flags& breaks,
                    std::vector<std::optional<Array>> arrays, nb::object law, nb::object beat) {
   Borrowed borrowed{law, beat, std::nullopt};
   Dynamics dynamics(spec, call_law, &borrowed);
   require(y0, dynamics.size(), "y0");
-  if (atol.size() != static_cast<std::size_t>(dynamics.size()) || stops.size() != kept.size() || stops.size() < 2)
+  if (atol.size() != static_cast<std::size_t>(dynamics.size()) || stops.size() != kept.size() ||
+      stops.size() != breaks.size() || stops.size() < 2)
     throw std::invalid_argument("settings of a run do not fit the rig");
-  RunSettings settings{static_cast<Method>(method), step, rtol, max_step, projection, std::move(atol), std::move(stops),
-                       kept};
+  RunSettings settings{static_cast<Method>(method), step, rtol, max_step, projection, all_of(atol), all_of(stops),
+                       all_of(kept), all_of(breaks)};
   std::size_t samples = 0;
-  for (const unsigned char keep : kept) samples += keep != 0;
+  for (const unsigned char keep : settings.kept) samples += keep != 0;
   const std::size_t widths[] = {1, static_cast<std::size_t>(dynamics.nq), static_cast<std::size_t>(dynamics.nv),
                                 static_cast<std::size_t>(dynamics.nv), 2, static_cast<std::size_t>(dynamics.m()),
                                 static_cast<std::size_t>(dynamics.m()), static_cast<std::size_t>(dynamics.m()),
@@ -207,14 +227,16 @@ std::tuple<double, double> time_rate(const RigSpec& spec, double t, const Array&
 
 NB_MODULE(_drillrig, module) {
   module.doc() = "Compiled time loop of drillrig_pin.";
+  nb::class_<Tree>(module, "CompiledTree", "A Pinocchio model; immutable, shared by the rigs made of it.")
+      .def(nb::init<const std::string&>(), "text"_a);
   nb::class_<RigSpec>(module, "CompiledRig", "A rig bound to its equilibrium; immutable, shared by threads.")
       .def("__init__",
-           [](RigSpec* self, const std::string& tree, const Integers& joints, const Integers& counts, const Numbers& a,
+           [](RigSpec* self, std::shared_ptr<Tree> tree, const Integers& joints, const Integers& counts, const Numbers& a,
               const Numbers& b, const Numbers& c, const Integers& base, const Integers& moving, int constraints,
               const Integers& kinds, const Integers& loads, const Numbers& parameters, const Integers& ranges,
               Numbers series, Numbers lowest, Numbers highest, Numbers targets, const Integers& support, const Numbers& points, int formulation,
               int correction, const Numbers& correction_values, int rank, double rank_threshold) {
-             new (self) RigSpec(make_spec(tree, joints, counts, a, b, c, base, moving, constraints, kinds, loads,
+             new (self) RigSpec(make_spec(std::move(tree), joints, counts, a, b, c, base, moving, constraints, kinds, loads,
                                           parameters, ranges, std::move(series), std::move(lowest), std::move(highest),
                                           std::move(targets), support, points,
                                           formulation, correction, correction_values, rank, rank_threshold));
@@ -224,8 +246,10 @@ NB_MODULE(_drillrig, module) {
            "correction"_a, "correction_values"_a, "rank"_a, "rank_threshold"_a)
       .def("evaluate", &evaluate_at, "t"_a, "y"_a, "law"_a = nb::none(),
            "Everything the right-hand side computes at (t, y), by name.")
+      .def("rates", &rates_at, "times"_a, "states"_a, "rates"_a, "law"_a = nb::none(),
+           "Right-hand sides at times (k) and states (k, size), into rates (k, size); true if one is singular.")
       .def("run", &run_case, "y0"_a, "method"_a, "step"_a, "rtol"_a, "atol"_a, "max_step"_a, "projection"_a, "stops"_a,
-           "kept"_a, "arrays"_a, "law"_a = nb::none(), "beat"_a = nb::none(),
+           "kept"_a, "breaks"_a, "arrays"_a, "law"_a = nb::none(), "beat"_a = nb::none(),
            "Integrate from stops[0] to stops[-1]; fills the arrays; returns (error, status, time, samples, steps, "
            "evaluations, switches, last state).")
       .def("time_rate", &time_rate, "t"_a, "y"_a, "calls"_a,

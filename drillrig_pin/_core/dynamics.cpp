@@ -247,11 +247,16 @@ Status Dynamics::project(double* y) {
   double *q = y, *v = y + nq;
   if (!simple_) tree_.normalize(q);
   if (m_ == 0) return Status::completed;
-  tree_.dynamics(q, v);
-  place(q);
   const int forces = n_ - m_;
-  // The metric stays that of the first configuration: the change is of the size of rounding errors.
-  if (!dense::factor(tree_.M(), nv, L_.data())) return Status::singular;
+  // The metric is the mass matrix evaluated last, a step away at most: it only says which of all small changes is made.
+  if (!factored_) {
+    tree_.dynamics(q, v);
+    if (!dense::factor(tree_.M(), nv, L_.data())) return Status::singular;
+    factored_ = true;
+  } else {
+    tree_.kinematics(q);
+  }
+  place(q);
   constraint_rows();
   for (int round = 0; round < 2; ++round) {
     double worst = 0.0;

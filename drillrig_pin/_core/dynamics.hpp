@@ -20,6 +20,7 @@ class Dynamics {
   int size() const { return nq + nv + 2; }
   int m() const { return m_; }
   int forces() const { return n_ - m_; }
+  bool simple() const { return simple_; }  // q' = v
   bool projects() const { return m_ > 0 || !simple_; }
 
   // dy/dt with y = (q, v, work in, work dissipated). Leaves x, x_dot, F, f, f_dot, a, lambda of that state behind.
@@ -67,6 +68,7 @@ class Dynamics {
   const int n_, m_, joints_;
   const bool simple_;
   int switches_ = 0;
+  bool factored_ = false;  // L_ belongs to a mass matrix evaluated before
 
   std::vector<Wrench> W_, V_, applied_;                     // per wrench; per joint; per joint
   std::vector<Eigen::Vector3d> end_, axis_, base_axis_;     // per wrench

@@ -160,6 +160,7 @@ RunReport run(Dynamics& dynamics, const double* y0, const RunSettings& settings,
       const double t_before = stepper.t;
       if ((status = stepper.advance(stop)) != Status::completed) return finish(status);
       ++report.steps;
+      if (watch.active() && (status = stepper.complete()) != Status::completed) return finish(status);
       const double event = watch.active() ? watch.crossed(stepper) : -1.0;
       if (event > 0.0 && event < stepper.t) {
         // Take the step again so that it ends on the switch, and start afresh behind it.
@@ -168,6 +169,7 @@ RunReport run(Dynamics& dynamics, const double* y0, const RunSettings& settings,
           return finish(status);
         while (stepper.t < event) {
           if ((status = stepper.advance(event)) != Status::completed) return finish(status);
+          if ((status = stepper.settle(false)) != Status::completed) return finish(status);
           ++report.steps;
         }
         restart = stepper.y;
@@ -177,13 +179,11 @@ RunReport run(Dynamics& dynamics, const double* y0, const RunSettings& settings,
         ++report.switches;
         continue;
       }
-      if (projection) {
-        if ((status = dynamics.project(stepper.y.data())) != Status::completed) return finish(status);
-        ++stepper.evaluations;
-        if ((status = dynamics.rate(stepper.t, stepper.y.data(), stepper.f.data())) != Status::completed)
-          return finish(status);
-      }
+      // The exponential steps rest on an unbroken past: they are projected where they are looked at.
+      const bool now = projection && (settings.method != Method::ExpAdams || stepper.t >= stop);
+      if ((status = stepper.settle(now)) != Status::completed) return finish(status);
     }
+    if (settings.breaks[i]) stepper.pass_break();
     if (settings.kept[i]) {
       if (watch.active()) dynamics.rate(stepper.t, stepper.y.data(), stepper.f.data());
       if (dynamics.out_of_range()) return finish(Status::diverged);

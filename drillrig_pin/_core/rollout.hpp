@@ -7,7 +7,7 @@
 
 namespace drillrig {
 
-enum class Method : int { RK4, DOP853, RODAS };
+enum class Method : int { RK4, DOP853, RODAS, ExpAdams };
 
 struct RunSettings {
   Method method = Method::DOP853;
@@ -17,7 +17,8 @@ struct RunSettings {
   bool projection = true;
   std::vector<double> atol;         // by component of y
   std::vector<double> stops;        // increasing; where a step must end
-  std::vector<unsigned char> kept;  // which of them are samples
+  std::vector<unsigned char> kept;    // which of them are samples
+  std::vector<unsigned char> breaks;  // behind which of them some law goes on otherwise
 };
 
 // Caller-owned arrays, a row per sample. Null: not wanted.

@@ -12,8 +12,12 @@ using Eigen::Map;
 using RowMatrix = Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
 
 bool Dynamics::solve(const double* p1, const double* p2) {
-  if (spec_.formulation == Formulation::null_space && m_ > 0) return solve_null_space(p1, p2);
-  if (!dense::factor(tree_.M(), nv, L_.data())) return false;
+  if (spec_.formulation == Formulation::null_space && m_ > 0) {
+    factored_ = false;
+    return solve_null_space(p1, p2);
+  }
+  factored_ = dense::factor(tree_.M(), nv, L_.data());
+  if (!factored_) return false;
   if (spec_.rank < m_) {
     solve_least_norm(p1, p2);
     return true;

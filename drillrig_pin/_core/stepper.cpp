@@ -14,9 +14,10 @@ constexpr double kSafety = 0.9, kMinFactor = 0.2, kMaxFactor = 10.0, kExponent =
 
 Stepper::Stepper(Dynamics& dynamics, const RunSettings& settings)
     : dynamics_(dynamics), settings_(settings), method_(settings.method), n_(dynamics.size()) {
-  y = y_old = f = y_new_ = stage_ = scale_ = f_old_ = sum_ = Eigen::VectorXd::Zero(n_);
+  y = y_old = f = y_new_ = stage_ = scale_ = f_old_ = sum_ = error_ = Eigen::VectorXd::Zero(n_);
   K_.setZero(n_, dop853::kExtended);
   D_.setZero(n_, 7);
+  if (method_ == Method::ExpAdams) past_ = std::make_unique<ExponentialAdams>(dynamics);
   if (method_ == Method::RODAS) stiff_ = std::make_unique<StiffStep>(dynamics);
 }
 
@@ -30,6 +31,8 @@ Status Stepper::start(double time, const double* state, double bound, double fir
   y = Eigen::Map<const Eigen::VectorXd>(state, n_);
   const Status status = evaluate(t, y, f.data());
   if (status != Status::completed) return status;
+  rate_known_ = true;
+  if (past_) past_->forget();
   if (method_ != Method::RK4) {
     h_ = first > 0.0 ? std::min(first, bound - t) : first_step(bound);
     if (h_ < 0.0) return Status::singular;
@@ -64,15 +67,37 @@ double Stepper::longest() const {
 }
 
 Status Stepper::advance(double bound) {
-  interpolant_ready_ = false;
+  interpolant_ready_ = rate_known_ = exponential_step_ = false;
   const Status status = method_ == Method::RK4      ? rk4(bound)
                         : method_ == Method::DOP853 ? dop853(bound)
-                                                    : rodas(bound);
+                        : method_ == Method::RODAS  ? rodas(bound)
+                                                    : exponential(bound);
   if (status == Status::completed && !y.allFinite()) {
     y = y_old;  // the last sound state tells where it went wrong
     return Status::diverged;
   }
   return status;
+}
+
+Status Stepper::complete() {
+  if (rate_known_) return Status::completed;
+  const Status status = evaluate(t, y, f.data());
+  rate_known_ = true;
+  if (exponential_step_) past_->work(y_old.data(), f.data(), y.data());
+  return status;
+}
+
+Status Stepper::settle(bool projection) {
+  if (projection) {
+    const Status status = dynamics_.project(y.data());
+    if (status != Status::completed) return status;
+    rate_known_ = false;
+  }
+  return complete();
+}
+
+void Stepper::pass_break() {
+  if (past_) past_->forget();
 }
 
 Status Stepper::rk4(double bound) {
@@ -90,7 +115,7 @@ Status Stepper::rk4(double bound) {
   t_old = t;
   y += (h / 6) * (f_old_ + 2.0 * (K_.col(1) + K_.col(2)) + K_.col(3));
   t = h == rest ? bound : t + h;
-  return evaluate(t, y, f.data());
+  return Status::completed;
 }
 
 Status Stepper::dop853(double bound) {
@@ -144,6 +169,7 @@ Status Stepper::dop853(double bound) {
       y.swap(y_new_);
       f_old_.swap(f);
       f = K_.col(kStages);
+      rate_known_ = true;
       t = t_new;
       return Status::completed;
     }
@@ -162,7 +188,7 @@ Status Stepper::rodas(double bound) {
     if (!(h_abs >= shortest)) return Status::step_too_small;
     const double t_new = std::min(t + h_abs, bound), h = t_new - t;
     h_abs = h;
-    const Status status = stiff_->step(t, h, y.data(), y_new_.data(), sum_.data());
+    const Status status = stiff_->step(t, h, y, f, y_new_, sum_);
     evaluations += stiff_->take_evaluations();
     if (status != Status::completed) return status;
     scale_ = atol + y.cwiseAbs().cwiseMax(y_new_.cwiseAbs()) * settings_.rtol;
@@ -174,11 +200,102 @@ Status Stepper::rodas(double bound) {
       y_old.swap(y);
       y.swap(y_new_);
       t = t_new;
-      return evaluate(t, y, f.data());
+      return Status::completed;
     }
     h_abs *= std::max(kMinFactor, std::min(factor, 1.0));
     rejected = true;
   }
+}
+
+// Equal steps to the bound, none longer than wanted.
+static double divided(double rest, double wanted) { return rest / std::max(1.0, std::ceil(rest / wanted - 1e-6)); }
+
+Status Stepper::exponential(double bound) {
+  ExponentialAdams& past = *past_;
+  Status status;
+  if (!past.linearised() && (status = linearise()) != Status::completed) return status;
+  if (past.empty()) {
+    if (wanted_ == 0.0) wanted_ = std::min(longest(), past.guess(settings_.rtol));
+    past.begin(divided(bound - t, wanted_));
+  }
+  if (past.begins() || t >= node_ + past.spacing() * (1.0 - 1e-6)) {
+    past.push(y.data(), f.data());
+    node_ = t;
+  }
+  if (past.ready() && (status = choose_spacing(bound)) != Status::completed) return status;
+  if (!past.ready()) return exponential_start(bound);
+  const double h = past.spacing();
+  y_new_ = y;
+  past.step(y.data(), y_new_.data());
+  t_old = t;
+  y_old.swap(y);
+  y.swap(y_new_);
+  f_old_ = f;
+  at_stop_ = bound - t < 1.5 * h;
+  t = at_stop_ ? bound : t + h;
+  exponential_step_ = true;
+  return Status::completed;
+}
+
+Status Stepper::linearise() {
+  const Status status = past_->linearise(t, y.data(), f.data());
+  evaluations += past_->take_evaluations();
+  return status;
+}
+
+// The first values come from DOP853, at the distances of the steps to follow.
+Status Stepper::exponential_start(double bound) {
+  const double spacing = past_->spacing();
+  double target = node_ + spacing;
+  if (target > bound - 1e-6 * spacing) {
+    // A bound at another distance: the past begins anew behind it.
+    if (target > bound + 1e-6 * spacing) past_->forget();
+    target = bound;
+  }
+  at_stop_ = target == bound;
+  return dop853(target);
+}
+
+double Stepper::exponential_error() {
+  past_->prepare();
+  past_->error(error_);
+  const Eigen::Map<const Eigen::VectorXd> atol(settings_.atol.data(), n_);
+  scale_ = atol + y.cwiseAbs() * settings_.rtol;
+  const int n = n_ - 2;
+  // With this margin the method errs about as much as DOP853 at the same tolerance, whose estimate is of a lower order.
+  constexpr double kMargin = 10.0;
+  return kMargin * error_.cwiseQuotient(scale_).head(n).norm() / std::sqrt(static_cast<double>(n));
+}
+
+// Keeps the spacing if it divides the way to the bound and its error fits the tolerance. Another one begins afresh:
+// values interpolated to new distances would carry errors as large as those to be avoided.
+Status Stepper::choose_spacing(double bound) {
+  constexpr double kExponent = -1.0 / (ExponentialAdams::kOrder + 1);
+  constexpr double kRoom = 1e-4;  // twice the spacing has 2^9 times the error
+  constexpr long kFresh = 64;
+  ExponentialAdams& past = *past_;
+  const double rest = bound - t, h = past.spacing(), steps = rest / h;
+  if (steps > 1.0 - 1e-6 && std::abs(steps - std::round(steps)) < 1e-6) {
+    double error = exponential_error();
+    if (error > 1.0 && past.age() > kFresh) {
+      const Status status = linearise();
+      if (status != Status::completed) return status;
+      error = exponential_error();
+    }
+    if (error > 1.0) {
+      wanted_ = h * std::max(kMinFactor, kSafety * std::pow(error, kExponent));
+      if (wanted_ < shortest()) return Status::step_too_small;
+    } else if (at_stop_ && error < kRoom && past.age() > kFresh && divided(rest, std::min(2.0 * h, longest())) > 1.01 * h) {
+      // Only behind a stop, so that the spacing divides the ways to others too.
+      wanted_ = std::min(2.0 * h, longest());
+    } else if (std::isfinite(error)) {
+      return Status::completed;
+    }
+  }
+  past.begin(divided(rest, wanted_));
+  past.push(y.data(), f.data());
+  node_ = t;
+  return Status::completed;
 }
 
 void Stepper::prepare_interpolant() {
@@ -206,12 +323,12 @@ void Stepper::prepare_interpolant() {
 void Stepper::interpolate(double time, double* out) {
   Eigen::Map<Eigen::VectorXd> result(out, n_);
   const double h = t - t_old, s = (time - t_old) / h;
-  if (method_ == Method::RK4) {
+  if (method_ == Method::RK4 || method_ == Method::ExpAdams) {
     const double s2 = s * s, s3 = s2 * s;
     result = (2 * s3 - 3 * s2 + 1) * y_old + (s3 - 2 * s2 + s) * h * f_old_ + (3 * s2 - 2 * s3) * y + (s3 - s2) * h * f;
     return;
   }
-  if (method_ == Method::RODAS) return stiff_->interpolate(s, y_old.data(), y.data(), out);
+  if (method_ == Method::RODAS) return stiff_->interpolate(s, y_old, y, out);
   if (!interpolant_ready_) prepare_interpolant();
   result.setZero();
   for (int r = 6, i = 0; r >= 0; --r, ++i) {

@@ -1,4 +1,4 @@
-// Runge-Kutta and Rosenbrock steps, with error control and an interpolant over the last step.
+// Runge-Kutta, Rosenbrock and exponential Adams steps, with error control and an interpolant over the last step.
 #pragma once
 
 #include <Eigen/Core>
@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "dynamics.hpp"
+#include "exponential.hpp"
 #include "rollout.hpp"
 #include "stiff.hpp"
 
@@ -17,8 +18,14 @@ class Stepper {
 
   // Start afresh at (t, y): evaluates f there and, if adaptive, chooses a first step.
   Status start(double t, const double* y, double bound, double first = 0.0);
-  // One accepted step that does not pass `bound`.
+  // One accepted step that does not pass `bound`. Leaves y there; `settle` or `complete` its rate f.
   Status advance(double bound);
+  // The rate at y, if the step has not left it.
+  Status complete();
+  // What must follow a step: y projected if asked, and its rate.
+  Status settle(bool projection);
+  // Some law goes on otherwise from here: values before it say nothing about those behind it.
+  void pass_break();
   // State at a time within the last step.
   void interpolate(double t, double* y);
 
@@ -31,6 +38,11 @@ class Stepper {
   Status rk4(double bound);
   Status dop853(double bound);
   Status rodas(double bound);
+  Status exponential(double bound);
+  Status exponential_start(double bound);
+  Status choose_spacing(double bound);
+  Status linearise();
+  double exponential_error();  // of the step ahead, over the tolerance
   double shortest() const;
   double longest() const;
   double first_step(double bound);
@@ -41,11 +53,13 @@ class Stepper {
   const Method method_;
   const int n_;
   double h_ = 0.0, h_used_ = 0.0;
-  bool interpolant_ready_ = false;
+  double node_ = 0.0, wanted_ = 0.0;  // of the exponential steps: time of the newest value, longest spacing wanted
+  bool interpolant_ready_ = false, rate_known_ = false, exponential_step_ = false, at_stop_ = true;
   std::unique_ptr<StiffStep> stiff_;
+  std::unique_ptr<ExponentialAdams> past_;
   Eigen::MatrixXd K_;  // stages by columns
   Eigen::MatrixXd D_;  // interpolant
-  Eigen::VectorXd y_new_, stage_, scale_, f_old_, sum_;
+  Eigen::VectorXd y_new_, stage_, scale_, f_old_, sum_, error_;
 };
 
 }  // namespace drillrig

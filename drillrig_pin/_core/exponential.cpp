@@ -1,0 +1,224 @@
+#include "exponential.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
+namespace drillrig {
+
+using Eigen::Map;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+constexpr int P = ExponentialAdams::kOrder, kNodes = P + 1;
+// Coefficient of the first difference left out by Adams-Bashforth of order 8 (Hairer, Norsett, Wanner I, section III.1).
+constexpr double kLeftOut = 1070017.0 / 3628800.0;
+// Steps of the difference quotients, as in stiff.cpp.
+constexpr double kPosition = 1e-7, kVelocity = 1e-5;
+constexpr int kTerms = 18;  // of the Taylor series, with an argument of at most about one
+
+constexpr std::array<double, kNodes + 1> kFactorial = [] {
+  std::array<double, kNodes + 1> f{1.0};
+  for (int i = 1; i <= kNodes; ++i) f[i] = f[i - 1] * i;
+  return f;
+}();
+
+// Adams-Moulton: weight of every node 0, -1, ... in the integral of the polynomial through them from -1 to 0; by Gauss's
+// formula of five points, exact up to degree 9.
+VectorXd last_interval(int count) {
+  constexpr double x[] = {0.0, 0.5384693101056831, 0.9061798459386640};
+  constexpr double w[] = {0.5688888888888889, 0.4786286704993665, 0.2369268850561891};
+  VectorXd weights = VectorXd::Zero(count);
+  for (int k = -2; k <= 2; ++k) {
+    const double s = -0.5 + 0.5 * (k < 0 ? -x[-k] : x[k]);
+    for (int j = 0; j < count; ++j) {
+      double value = 0.5 * w[std::abs(k)];
+      for (int i = 0; i < count; ++i)
+        if (i != j) value *= (s + i) / (i - j);
+      weights[j] += value;
+    }
+  }
+  return weights;
+}
+
+// (-1)^j binomial(P, j): the P-th backward difference.
+constexpr std::array<double, kNodes> kDifference = [] {
+  std::array<double, kNodes> d{1.0};
+  for (int j = 1; j < kNodes; ++j) d[j] = -d[j - 1] * (P - j + 1) / j;
+  return d;
+}();
+}  // namespace
+
+void Past::push(const double* column) {
+  head_ = head_ == 0 ? capacity_ - 1 : head_ - 1;
+  std::memcpy(data_.data() + static_cast<std::ptrdiff_t>(head_) * rows_, column, sizeof(double) * rows_);
+  std::memcpy(data_.data() + static_cast<std::ptrdiff_t>(head_ + capacity_) * rows_, column, sizeof(double) * rows_);
+  count_ = std::min(count_ + 1, capacity_);
+}
+
+ExponentialAdams::ExponentialAdams(Dynamics& dynamics)
+    : dynamics_(dynamics),
+      n_(dynamics.nq + dynamics.nv),
+      // Where q' = v the first nq rows are linear.
+      first_(dynamics.simple() ? dynamics.nq : 0),
+      rows_(n_ - first_),
+      states_(dynamics.size(), kNodes),
+      rates_(dynamics.size(), kNodes),
+      remainders_(rows_, kNodes) {
+  A_ = Z_ = power_ = sum_ = spare_ = MatrixXd::Zero(n_, n_);
+  B_.setZero(n_, rows_ * P);
+  phi_.assign(P + 1, MatrixXd::Zero(n_, n_));
+  g_ = VectorXd::Zero(rows_);
+  moved_ = rate_ = VectorXd::Zero(dynamics.size());
+  monomials_.setZero(P, P);
+  for (int j = 0; j < P; ++j) {
+    // Product of (s + k) / (k - j) over the other nodes: whole numbers until the last division.
+    double divisor = 1.0;
+    int degree = 0;
+    monomials_(0, j) = 1.0;
+    for (int k = 0; k < P; ++k) {
+      if (k == j) continue;
+      divisor *= k - j;
+      ++degree;
+      for (int i = degree; i > 0; --i) monomials_(i, j) = monomials_(i - 1, j) + k * monomials_(i, j);
+      monomials_(0, j) *= k;
+    }
+    monomials_.col(j) /= divisor;
+  }
+  moulton_ = last_interval(kNodes);
+}
+
+void ExponentialAdams::forget() {
+  states_.clear();
+  rates_.clear();
+  remainders_.clear();
+  empty_ = true;
+}
+
+void ExponentialAdams::begin(double spacing) {
+  forget();
+  empty_ = false;
+  prepared_ = prepared_ && spacing == h_;
+  h_ = spacing;
+  age_ = 0;
+}
+
+long ExponentialAdams::take_evaluations() {
+  const long count = evaluations_;
+  evaluations_ = 0;
+  return count;
+}
+
+Status ExponentialAdams::linearise(double t, const double* y, const double* f) {
+  std::memcpy(moved_.data(), y, sizeof(double) * moved_.size());
+  for (int k = 0; k < n_; ++k) {
+    const double delta = (k < dynamics_.nq ? kPosition : kVelocity) * std::max(1.0, std::abs(y[k]));
+    moved_[k] = y[k] + delta;
+    ++evaluations_;
+    const Status status = dynamics_.rate(t, moved_.data(), rate_.data());
+    if (status != Status::completed) return status;
+    for (int i = 0; i < n_; ++i) A_(i, k) = (rate_[i] - f[i]) / (moved_[k] - y[k]);
+    moved_[k] = y[k];
+  }
+  age_ = 0;
+  linearised_ = true;
+  prepared_ = false;
+  recompute_remainders();
+  return A_.allFinite() ? Status::completed : Status::diverged;
+}
+
+// The accelerations' part of A due to positions holds squares of frequencies.
+double ExponentialAdams::guess(double rtol) const {
+  const double fastest = std::sqrt(A_.bottomLeftCorner(dynamics_.nv, dynamics_.nq).norm());
+  return 0.5 * std::pow(rtol / 1e-8, 1.0 / (P + 1)) / std::max(fastest, 1e-3);
+}
+
+void ExponentialAdams::remainder(const double* y, const double* f, double* g) const {
+  Map<VectorXd> out(g, rows_);
+  out.noalias() = -A_.bottomRows(rows_).lazyProduct(Map<const VectorXd>(y, n_));
+  out += Map<const VectorXd>(f + first_, rows_);
+}
+
+void ExponentialAdams::recompute_remainders() {
+  remainders_.clear();
+  for (int j = rates_.count() - 1; j >= 0; --j) {
+    remainder(states_.column(j), rates_.column(j), g_.data());
+    remainders_.push(g_.data());
+  }
+}
+
+void ExponentialAdams::push(const double* y, const double* f) {
+  states_.push(y);
+  rates_.push(f);
+  remainder(y, f, g_.data());
+  remainders_.push(g_.data());
+  ++age_;
+}
+
+// phi_0 = exp, phi_k(z) = (phi_{k-1}(z) - 1 / (k-1)!) / z at z = hA: a Taylor series for the last one at z / 2^s, the others
+// downwards from it, then s times from z to 2 z. Powers tell the size of z: its own norm mixes units.
+void ExponentialAdams::phi_functions() {
+  Z_ = h_ * A_;
+  power_.noalias() = Z_ * Z_;
+  double size = std::sqrt(power_.lpNorm<Eigen::Infinity>());
+  spare_.noalias() = power_ * Z_;
+  size = std::max(size, std::cbrt(spare_.lpNorm<Eigen::Infinity>()));
+  const int doublings = size > 1.0 ? static_cast<int>(std::ceil(std::log2(size))) : 0;
+  Z_ *= std::ldexp(1.0, -doublings);
+  MatrixXd& last = phi_[P];
+  power_.setIdentity();
+  power_ /= kFactorial[P];
+  last = power_;
+  for (int j = 1; j <= kTerms; ++j) {
+    spare_.noalias() = power_ * Z_;
+    power_ = spare_ / (P + j);
+    last += power_;
+  }
+  for (int k = P; k > 0; --k) {
+    phi_[k - 1].noalias() = Z_ * phi_[k];
+    phi_[k - 1].diagonal().array() += 1.0 / kFactorial[k - 1];
+  }
+  for (int s = 0; s < doublings; ++s) {
+    for (int k = P; k >= 0; --k) {
+      sum_.noalias() = phi_[0] * phi_[k];
+      for (int j = 1; j <= k; ++j) sum_ += phi_[j] / kFactorial[k - j];
+      phi_[k] = sum_ * std::ldexp(1.0, -k);
+    }
+  }
+}
+
+void ExponentialAdams::prepare() {
+  if (prepared_) return;
+  phi_functions();
+  for (int j = 0; j < P; ++j) {
+    auto block = B_.middleCols(rows_ * j, rows_);
+    block.setZero();
+    for (int i = 0; i < P; ++i) block += (h_ * monomials_(i, j) * kFactorial[i]) * phi_[i + 1].rightCols(rows_);
+  }
+  prepared_ = true;
+}
+
+void ExponentialAdams::error(VectorXd& out) {
+  g_.setZero();
+  for (int j = 0; j < kNodes; ++j) g_ += kDifference[j] * Map<const VectorXd>(remainders_.column(j), rows_);
+  out.setZero();
+  out.segment(first_, rows_) = (kLeftOut * h_) * g_;
+}
+
+void ExponentialAdams::step(const double* y, double* y_new) const {
+  Map<VectorXd> out(y_new, n_);
+  out.noalias() = phi_[0] * Map<const VectorXd>(y, n_);
+  out.noalias() += B_ * Map<const VectorXd>(remainders_.column(0), rows_ * P);
+}
+
+void ExponentialAdams::work(const double* y, const double* f_new, double* y_new) const {
+  for (int i = n_; i < n_ + 2; ++i) {
+    double sum = moulton_[0] * f_new[i];
+    for (int j = 1; j < kNodes; ++j) sum += moulton_[j] * rates_.column(j - 1)[i];
+    y_new[i] = y[i] + h_ * sum;
+  }
+}
+
+}  // namespace drillrig

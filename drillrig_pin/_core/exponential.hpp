@@ -1,0 +1,80 @@
+// Exponential Adams-Bashforth steps of order 8 for machines that vibrate: one right-hand side a step.
+//
+// y' = A y + g(t, y) with A the Jacobian at some state. The linear part is carried over a step exactly, g is continued by
+// the polynomial through its last values: y(t + h) = exp(hA) y + sum_j B_j(hA) g(t - j h). Near an equilibrium g holds the
+// loads and little else, so neither the frequencies of the machine nor its dampings limit the step.
+// Norsett, Lecture Notes in Mathematics 109 (1969); Hochbruck and Ostermann, BIT 51 (2011) 889, Acta Numerica 19 (2010) 209.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "dynamics.hpp"
+
+namespace drillrig {
+
+// The last columns pushed, newest first and contiguous: every one is written twice, half a buffer apart.
+class Past {
+ public:
+  Past(int rows, int capacity) : rows_(rows), capacity_(capacity), data_(Eigen::MatrixXd::Zero(rows, 2 * capacity)) {}
+  void push(const double* column);
+  int count() const { return count_; }
+  void clear() { count_ = 0; }
+  double* column(int j) { return data_.data() + static_cast<std::ptrdiff_t>(head_ + j) * rows_; }
+  const double* column(int j) const { return data_.data() + static_cast<std::ptrdiff_t>(head_ + j) * rows_; }
+
+ private:
+  int rows_, capacity_, head_ = 0, count_ = 0;
+  Eigen::MatrixXd data_;
+};
+
+class ExponentialAdams {
+ public:
+  static constexpr int kOrder = 8;
+
+  explicit ExponentialAdams(Dynamics& dynamics);
+
+  // The past is of no use behind a start or a break.
+  void forget();
+  // A new past with values at another distance.
+  void begin(double spacing);
+  bool empty() const { return empty_; }
+  bool begins() const { return !empty_ && rates_.count() == 0; }
+  // True once there are enough values for a step and its error.
+  bool ready() const { return rates_.count() > kOrder; }
+  double spacing() const { return h_; }
+  // Jacobian at (t, y) with rate f there, by differences.
+  Status linearise(double t, const double* y, const double* f);
+  bool linearised() const { return linearised_; }
+  // Steps since the spacing or the Jacobian changed.
+  long age() const { return age_; }
+  // A first guess at the spacing: a fraction of the fastest vibration.
+  double guess(double rtol) const;
+  void push(const double* y, const double* f);
+  // Coefficients for the present Jacobian and spacing, if they are not at hand.
+  void prepare();
+  // Local error of the step ahead, by component of (q, v).
+  void error(Eigen::VectorXd& out);
+  // q and v of the step ahead; its work follows from the rate at its end.
+  void step(const double* y, double* y_new) const;
+  void work(const double* y, const double* f_new, double* y_new) const;
+  long take_evaluations();
+
+ private:
+  void phi_functions();
+  void recompute_remainders();
+  void remainder(const double* y, const double* f, double* g) const;
+
+  Dynamics& dynamics_;
+  const int n_, first_, rows_;  // of (q, v); first row and number of rows in which g is not zero
+  double h_ = 0.0;
+  long age_ = 0, evaluations_ = 0;
+  bool empty_ = true, linearised_ = false, prepared_ = false;
+  Past states_, rates_, remainders_;
+  Eigen::MatrixXd A_, B_, Z_, power_, sum_, spare_;
+  std::vector<Eigen::MatrixXd> phi_;
+  Eigen::MatrixXd monomials_;  // of the polynomial through the last values: row i, coefficient of s^i
+  Eigen::VectorXd moulton_, g_, moved_, rate_;
+};
+
+}  // namespace drillrig
