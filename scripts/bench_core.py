@@ -171,27 +171,28 @@ def real_time(points: list[wp.Point], rig: Rig, peer: MujocoPeer) -> None:
 
 
 def against_mujoco(points: list[wp.Point], rig: Rig, peer: MujocoPeer, level: float) -> None:
-    """Both at their fastest for an error level, in turn."""
-    ours, rare = (wp.fastest(points, "core", level, rate) for rate in (wp.RATE, wp.GRID))
+    """Both at their fastest for an error level and the same samples, in turn; and the core with more samples."""
+    ours, dense = (wp.fastest(points, "core", level, rate) for rate in (wp.GRID, wp.RATE))
     theirs = wp.fastest(points, "MuJoCo", level, wp.GRID)
     what = f"MuJoCo's time / the core's at error {level:.0e}"
     if ours is None or theirs is None:
         sharpest = {e: min((p for p in points if p.engine == e), key=lambda p: p.error) for e in ("core", "MuJoCo")}
         say(what, None, 5, False, best={engine: _told(point) for engine, point in sharpest.items()})
         return
-    group = [point for point in (ours, theirs, rare) if point is not None]
+    group = [point for point in (ours, theirs, dense) if point is not None]
     for point in group:
         point.seconds.clear()
         point.whole.clear()
-    for _ in range(15):
+    for _ in range(31):
         for point in group:
             wp.run_point(point, rig, peer)
-    more = {} if rare is None else {"core_with_fewer_samples": _told(rare), "against_that": _times(rare, theirs)}
+    more = {} if dense is None else {"core_at_1000_samples": _told(dense), "against_that": _times(dense, theirs)}
     say(
         what,
         _times(ours, theirs),
         5,
         False,
+        samples_per_second=wp.GRID,
         against_whole_simulate=median(b / a for a, b in zip(ours.whole, theirs.seconds, strict=True)),
         core=_told(ours),
         mujoco=_told(theirs),

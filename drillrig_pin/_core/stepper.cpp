@@ -128,7 +128,7 @@ Status Stepper::dop853(double bound) {
   while (true) {
     if (!(h_abs >= shortest)) return Status::step_too_small;
     double t_new = t + h_abs;
-    if (t_new > bound) t_new = bound;
+    if (t_new > bound - 1e-9 * h_abs) t_new = bound;  // no sliver of rounding size is left before it
     const double h = t_new - t;
     h_abs = h;
     Status status;
