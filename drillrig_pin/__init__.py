@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from drillrig_pin.errors import (
         AssemblyError,
         DrillrigError,
+        EngineError,
         ModelError,
         ResultFileError,
         ScenarioError,
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "AssemblyError": "errors",
     "DrillrigError": "errors",
+    "EngineError": "errors",
     "ModelError": "errors",
     "ResultFileError": "errors",
     "Rig": "rig",
@@ -53,6 +55,7 @@ _HOMES = {
 __all__ = [
     "AssemblyError",
     "DrillrigError",
+    "EngineError",
     "ModelError",
     "ResultFileError",
     "Rig",

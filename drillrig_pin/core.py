@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from importlib.metadata import version
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from drillrig_pin._drillrig import CompiledRig, CompiledTree
 from drillrig_pin.assembly import RANK
 from drillrig_pin.coordinates import Angle, CoordinateSet, Line, Slide, Turn
 from drillrig_pin.dynamics import Dynamics
@@ -17,12 +17,36 @@ from drillrig_pin.elements.contact import BilateralContact, UnilateralContact
 from drillrig_pin.elements.cylinder import Cylinder, LockedOil, LockedOilAsPrinted
 from drillrig_pin.elements.loads import HarmonicLaw, TableLaw
 from drillrig_pin.elements.springs import ConstantForce, SpringDamper
-from drillrig_pin.errors import SingularConfigurationError, Status
+from drillrig_pin.errors import EngineError, SingularConfigurationError, Status
 from drillrig_pin.kinematics import Anchor, Array
 from drillrig_pin.scenario import CORE_METHODS
 from drillrig_pin.stepping import Settings, stops_of
 
+try:
+    from drillrig_pin._drillrig import PINOCCHIO_VERSION, CompiledRig, CompiledTree
+except ImportError as error:
+    raise EngineError(
+        f"the compiled core cannot be loaded ({error})",
+        todo="It needs the very version of pin it was built with: reinstall drillrig-pin, or choose engine: python.",
+    ) from None
+
 Progress = Callable[[float], None]
+
+
+def require_version(built: str, installed: str) -> None:
+    """Refuse another Pinocchio than the core was built with: its binary interface changes with every release.
+
+    Raises:
+        EngineError: the versions differ.
+    """
+    if built != installed:
+        raise EngineError(
+            f"the compiled core was built with pin {built}, but pin {installed} is installed",
+            todo=f"Install pin=={built}, reinstall drillrig-pin, or choose engine: python.",
+        )
+
+
+require_version(PINOCCHIO_VERSION, version("pin"))
 
 #: Law classes in the order of LawKind in _core/laws.hpp, with the fields each hands over.
 OIL = ("x0", "E0", "S_A", "S_B", "l_A", "l_B", "p_A0", "p_B0", "k")
@@ -110,6 +134,11 @@ class CompiledDynamics:
         force = float(np.ravel(law.force(position, rate, t))[0])
         return force, float(np.ravel(law.dissipation(position, rate))[0])
 
+    def _switches(self, index: int, x: float, x_dot: float) -> list[float]:
+        """Its switching functions."""
+        values = self._laws[index].switches(np.array([x]), np.array([x_dot]))
+        return [] if values is None else np.ravel(values).tolist()
+
     def run(
         self, y0: Array, settings: Settings, samples: Array, arrays: list[Array], progress: Progress | None
     ) -> Report:
@@ -131,6 +160,7 @@ class CompiledDynamics:
             breaks=breaks.astype(np.uint8),
             arrays=arrays,
             law=self._callback,
+            switches=self._switches,
             beat=progress,
         )
         return Report(error, *STATUS[status], *rest)
@@ -171,6 +201,9 @@ class _Laws:
             elif isinstance(law, TableLaw):
                 count = len(law.time)
                 self.series += law.knots().ravel().tolist()
+            elif kind == CALLBACK:
+                switches = law.switches(np.zeros(1), np.zeros(1))
+                count = 0 if switches is None else np.size(switches)
             self.kinds.append(kind)
             self.parameters += numbers + [0.0] * (9 - len(numbers))
             self.ranges += [start, count]

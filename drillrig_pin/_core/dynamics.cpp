@@ -25,11 +25,11 @@ inline Vector3d world(const double* frames, const Anchor& anchor) {
 
 }  // namespace
 
-Dynamics::Dynamics(const RigSpec& spec, LawCallback callback, void* owner)
+Dynamics::Dynamics(const RigSpec& spec, const LawCallback& callback)
     : nq(spec.tree->nq()),
       nv(spec.tree->nv()),
       spec_(spec),
-      context_{&spec.series, callback, owner},
+      context_{&spec.series, callback},
       tree_(*spec.tree),
       n_(spec.coordinates.size()),
       m_(spec.constraints),
@@ -278,7 +278,7 @@ Status Dynamics::project(double* y) {
   return Status::completed;
 }
 
-void Dynamics::switch_values(const double* y, double* out) {
+bool Dynamics::switch_values(const double* y, double* out) {
   tree_.kinematics(y);
   place(y);
   body_velocities(y + nq);
@@ -286,9 +286,10 @@ void Dynamics::switch_values(const double* y, double* out) {
   for (int i = 0; i < n_ - m_; ++i) {
     const int count = drillrig::switch_count(spec_.laws[i]);
     if (count == 0) continue;
-    drillrig::switches(spec_.laws[i], x[i], x_dot[i], out);
+    if (!drillrig::switches(spec_.laws[i], i, context_, x[i], x_dot[i], out)) return false;
     out += count;
   }
+  return true;
 }
 
 bool Dynamics::out_of_range() const {

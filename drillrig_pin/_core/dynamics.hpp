@@ -15,7 +15,7 @@ enum class Status : int { completed = 0, interrupted, diverged, step_too_small, 
 
 class Dynamics {
  public:
-  Dynamics(const RigSpec& spec, LawCallback callback, void* owner);
+  Dynamics(const RigSpec& spec, const LawCallback& callback);
 
   int size() const { return nq + nv + 2; }
   int m() const { return m_; }
@@ -28,7 +28,7 @@ class Dynamics {
   // Puts y back onto f = 0, J v = 0 with the smallest change in the metric of the mass matrix.
   Status project(double* y);
   int switch_count() const { return switches_; }
-  void switch_values(const double* y, double* out);
+  bool switch_values(const double* y, double* out);  // false: a callback failed
   // J (m x nv, row-major) at the state last evaluated, and below which fraction of the largest a singular value is zero.
   const double* jacobian() const { return J_.data(); }
   double rank_threshold() const { return spec_.rank_threshold; }

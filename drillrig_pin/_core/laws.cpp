@@ -48,7 +48,9 @@ double depth_of(const double* p, double x) { return x - p[0] + p[1] / p[2]; }
 
 }  // namespace
 
-int switch_count(const Law& law) { return law.kind == LawKind::unilateral_contact ? 2 : 0; }
+int switch_count(const Law& law) {
+  return law.kind == LawKind::unilateral_contact ? 2 : law.kind == LawKind::callback ? law.count : 0;
+}
 
 LawValue evaluate(const Law& law, int index, const LawContext& context, double x, double x_dot, double t) {
   const double* p = law.p;
@@ -83,16 +85,19 @@ LawValue evaluate(const Law& law, int index, const LawContext& context, double x
       value.force = table(law, context.series->data(), t);
       break;
     case LawKind::callback:
-      value.ok = context.callback(context.owner, index, x, x_dot, t, &value.force, &value.dissipation);
+      value.ok = context.callback.evaluate(context.callback.owner, index, x, x_dot, t, &value.force, &value.dissipation);
       break;
   }
   return value;
 }
 
-void switches(const Law& law, double x, double x_dot, double* out) {
+bool switches(const Law& law, int index, const LawContext& context, double x, double x_dot, double* out) {
+  if (law.kind == LawKind::callback)
+    return context.callback.switches(context.callback.owner, index, x, x_dot, law.count, out);
   const double depth = depth_of(law.p, x);
   out[0] = depth;
   out[1] = law.p[2] * depth + law.p[3] * x_dot;
+  return true;
 }
 
 }  // namespace drillrig

@@ -18,13 +18,17 @@ enum class LawKind : int {
 };
 
 // What a callback law does: writes force and dissipated power for x, x_dot, t. False: it failed.
-using LawCallback = bool (*)(void* owner, int index, double x, double x_dot, double t, double* force, double* lost);
+struct LawCallback {
+  bool (*evaluate)(void* owner, int index, double x, double x_dot, double t, double* force, double* lost);
+  bool (*switches)(void* owner, int index, double x, double x_dot, int count, double* out);
+  void* owner;
+};
 
 struct Law {
   LawKind kind;
   bool load;
   double p[9];
-  int first = 0, count = 0;  // range in the series of the rig
+  int first = 0, count = 0;  // range in the series of the rig; callback: number of switching functions
 };
 
 // Number of switching functions of a law.
@@ -33,7 +37,6 @@ int switch_count(const Law& law);
 struct LawContext {
   const std::vector<double>* series;
   LawCallback callback;
-  void* owner;
 };
 
 struct LawValue {
@@ -43,6 +46,7 @@ struct LawValue {
 };
 
 LawValue evaluate(const Law& law, int index, const LawContext& context, double x, double x_dot, double t);
-void switches(const Law& law, double x, double x_dot, double* out);
+// False: a callback failed.
+bool switches(const Law& law, int index, const LawContext& context, double x, double x_dot, double* out);
 
 }  // namespace drillrig

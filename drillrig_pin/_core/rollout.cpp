@@ -25,11 +25,12 @@ class Watch {
     now_.resize(count_);
     state_.resize(dynamics.size());
     if (count_ > 0) {
-      dynamics_.switch_values(y, values_.data());
+      failed_ = !dynamics_.switch_values(y, values_.data());
       for (int i = 0; i < count_; ++i) next_[i] = signs_[i] = values_[i] > 0.0;
     }
   }
   bool active() const { return count_ > 0; }
+  bool failed() const { return failed_; }  // a callback did
 
   // Time just behind the first change of sign within the last step; negative: none.
   double crossed(Stepper& stepper) {
@@ -37,7 +38,7 @@ class Watch {
     for (const double look : kLooks) {
       const double right = look == 1.0 ? stepper.t : stepper.t_old + look * (stepper.t - stepper.t_old);
       stepper.interpolate(right, state_.data());
-      dynamics_.switch_values(state_.data(), values_.data());
+      read();
       int first = -1;
       double when = 0.0;
       for (int i = 0; i < count_; ++i) now_[i] = values_[i] > 0.0;
@@ -63,9 +64,10 @@ class Watch {
   void settle() { signs_ = next_; }
 
  private:
+  void read() { failed_ = !dynamics_.switch_values(state_.data(), values_.data()) || failed_; }
   double value(Stepper& stepper, int index, double t) {
     stepper.interpolate(t, state_.data());
-    dynamics_.switch_values(state_.data(), values_.data());
+    read();
     return values_[index];
   }
   // Bisection: a switch is rare and the interpolant cheap.
@@ -82,6 +84,7 @@ class Watch {
 
   Dynamics& dynamics_;
   const int count_;
+  bool failed_ = false;
   std::vector<double> values_, state_;
   std::vector<char> signs_, next_, now_;
 };
@@ -162,6 +165,7 @@ RunReport run(Dynamics& dynamics, const double* y0, const RunSettings& settings,
       ++report.steps;
       if (watch.active() && (status = stepper.complete()) != Status::completed) return finish(status);
       const double event = watch.active() ? watch.crossed(stepper) : -1.0;
+      if (watch.failed()) return finish(Status::callback_failed);
       if (event > 0.0 && event < stepper.t) {
         // Take the step again so that it ends on the switch, and start afresh behind it.
         restart = stepper.y_old;

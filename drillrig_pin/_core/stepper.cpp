@@ -9,6 +9,9 @@
 namespace drillrig {
 
 namespace {
+// How often in a row the exponential steps may be found too long before they are given up for good: what they continue
+// is not smooth, or rounding is above the tolerance.
+constexpr int kTroubles = 8;
 constexpr double kSafety = 0.9, kMinFactor = 0.2, kMaxFactor = 10.0, kExponent = -1.0 / 8.0;
 }
 
@@ -213,6 +216,7 @@ static double divided(double rest, double wanted) { return rest / std::max(1.0, 
 Status Stepper::exponential(double bound) {
   ExponentialAdams& past = *past_;
   Status status;
+  if (troubles_ > kTroubles) return dop853(bound);
   if (!past.linearised() && (status = linearise()) != Status::completed) return status;
   if (past.empty()) {
     if (wanted_ == 0.0) wanted_ = std::min(longest(), past.guess(settings_.rtol));
@@ -223,6 +227,7 @@ Status Stepper::exponential(double bound) {
     node_ = t;
   }
   if (past.ready() && (status = choose_spacing(bound)) != Status::completed) return status;
+  if (past.empty()) return dop853(bound);
   if (!past.ready()) return exponential_start(bound);
   const double h = past.spacing();
   y_new_ = y;
@@ -282,14 +287,21 @@ Status Stepper::choose_spacing(double bound) {
       if (status != Status::completed) return status;
       error = exponential_error();
     }
-    if (error > 1.0) {
-      wanted_ = h * std::max(kMinFactor, kSafety * std::pow(error, kExponent));
-      if (wanted_ < shortest()) return Status::step_too_small;
-    } else if (at_stop_ && error < kRoom && past.age() > kFresh && divided(rest, std::min(2.0 * h, longest())) > 1.01 * h) {
-      // Only behind a stop, so that the spacing divides the ways to others too.
-      wanted_ = std::min(2.0 * h, longest());
-    } else if (std::isfinite(error)) {
+    // Longer only behind a stop, so that the spacing divides the ways to others too.
+    const double longer = std::min(2.0 * h, longest());
+    const bool room = at_stop_ && error < kRoom && past.age() > kFresh && divided(rest, longer) > 1.01 * h;
+    if (error <= 1.0 && !room) {
+      if (past.age() > kFresh) troubles_ = 0;
       return Status::completed;
+    }
+    if (room) {
+      wanted_ = longer;
+    } else {
+      if (std::isfinite(error)) wanted_ = h * std::max(kMinFactor, kSafety * std::pow(error, kExponent));
+      if (++troubles_ > kTroubles) {
+        past.forget();
+        return Status::completed;
+      }
     }
   }
   past.begin(divided(rest, wanted_));

@@ -12,6 +12,9 @@ struct JointSpan {
   int parent, first, count;
 };
 
+// The release these sources were compiled with.
+const char* pinocchio_version();
+
 struct TreeImpl;
 struct TreeState;
 

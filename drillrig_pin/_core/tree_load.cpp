@@ -1,9 +1,12 @@
 // Reading the model from text, apart from the algorithms: serialization headers are expensive on their own.
 #include "tree_impl.hpp"
 
+#include <pinocchio/config.hpp>
 #include <pinocchio/serialization.hpp>
 
 namespace drillrig {
+
+const char* pinocchio_version() { return PINOCCHIO_VERSION; }
 
 Tree::Tree(const std::string& text) : impl_(std::make_unique<TreeImpl>()) {
   impl_->model.loadFromString(text);
