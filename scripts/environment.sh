@@ -22,7 +22,7 @@ compiler() {
         fi
     fi
     command -v g++ >/dev/null 2>&1 ||
-        echo "No C++ compiler: drillrig will run its Python engine, about 40 times slower. Install g++ and run again."
+        echo "No C++ compiler: drillrig will run its Python engine, about a hundred times slower. Install g++ and run again."
 }
 
 prepare_environment() {

@@ -159,8 +159,33 @@ class Buffer(PluginElement):
         return self.d * np.abs(xdot) ** 3
 
 
+class Stop(PluginElement):
+    """A rubber stop at x = 0, on one side only: its law switches there."""
+
+    tag = "stop"
+    joint: Name = reference("joint")
+    k: float = quantity("N/m", "stiffness")
+
+    def coordinate(self, resolver):
+        return resolver.joint(self.joint)
+
+    def force(self, x, xdot, t):
+        return -self.k * np.maximum(x, 0.0)
+
+    def energy(self, x):
+        return self.k * np.maximum(x, 0.0) ** 2 / 2
+
+    def switches(self, x, xdot):
+        return np.ravel(x)
+
+
 def _buffered() -> Rig:
     return load_rig_text(point_mass(extension=TABLE), elements=[Buffer(name="b", joint="x", k3=5e4, d=3.0)])
+
+
+def _stopped() -> Rig:
+    spring = '<joint_spring name="s" joint="x" stiffness="200" damping="1"/>'
+    return load_rig_text(point_mass(extension=spring), elements=[Stop(name="stop", joint="x", k=3e4)])
 
 
 BENNETT_CASE = {"positions": {"j1": 1.0, "j2": 2.0, "j3": -1.0}, "velocities": {"j1": 1.0}}
@@ -172,6 +197,7 @@ MACHINES: dict[str, tuple[Callable[[], Rig], dict[str, object]]] = {
     "load table": (lambda: load_rig_text(point_mass(extension=TABLE)), {}),
     "unilateral contact": (lambda: load_rig_text(point_mass(extension=GROUND)), {"velocities": {"z": 1.0}}),
     "element of a user": (_buffered, {"velocities": {"x": 2.0}}),
+    "switching element of a user": (_stopped, {"velocities": {"x": -2.0}}),
     "redundant loop": (lambda: load_rig_text(four_bar(closure=HINGE)), {"positions": BAR, "velocities": BAR_SPIN}),
     "overconstrained loop": (lambda: load_rig_text(bennett()), BENNETT_CASE),
     # A stage of RK4 leaves the unit circle of (cos, sin) by (h v)^2, where the two engines' sums differ: short steps.
@@ -194,7 +220,7 @@ def test_small_machines_run_alike(name: str, method: str, formulation: str) -> N
     core, python = both(make(), case)
     assert core.outcome.completed
     assert core.cost["switches"] == python.cost["switches"]
-    assert (core.cost["switches"] > 0) == (name == "unilateral contact")
+    assert (core.cost["switches"] > 0) == (name in ("unilateral contact", "switching element of a user"))
     assert_same(core, python)
 
 
@@ -219,6 +245,27 @@ def test_python_is_called_back_for_the_users_element_only(monkeypatch: pytest.Mo
     run = simulate(rig, Scenario(duration=0.1, engine="core").changed(DOP853))
     assert calls["built-in"] == 0
     assert calls["own"] >= run.cost["evaluations"]
+
+
+def test_an_error_in_a_users_switching_function_reaches_the_user(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(self: Stop, x: np.ndarray, xdot: np.ndarray) -> np.ndarray:
+        if x[0] < -1e-3:
+            raise ZeroDivisionError("the user's own mistake")
+        return np.ravel(x)
+
+    rig = _stopped()
+    monkeypatch.setattr(Stop, "switches", broken)
+    with pytest.raises(ZeroDivisionError, match="the user's own mistake"):
+        simulate(rig, Scenario(duration=0.1, velocities={"x": -2.0}, engine="core"))
+
+
+def test_another_pinocchio_than_the_core_was_built_with_is_refused() -> None:
+    from drillrig_pin.core import require_version
+    from drillrig_pin.errors import EngineError
+
+    require_version("4.1.0", "4.1.0")
+    with pytest.raises(EngineError, match=r"built with pin 4\.1\.0, but pin 4\.2\.0 is installed.*pin==4\.1\.0"):
+        require_version("4.1.0", "4.2.0")
 
 
 # --- ends -----------------------------------------------------------------------------------------------------------

@@ -1,8 +1,10 @@
 """A wheel carries the models and works where there is no checkout."""
 
 import json
+import re
 import subprocess
 import sys
+import venv
 import zipfile
 from pathlib import Path
 
@@ -50,3 +52,18 @@ def test_unpacked_wheel_finds_its_models_outside_the_checkout(wheel: Path, tmp_p
     assert package.startswith(str(tmp_path))
     assert (tmp_path / model).is_relative_to(tmp_path)
     assert len(joints) == 6
+
+
+def test_wheel_installs_into_an_empty_environment_and_runs_the_core(wheel: Path, tmp_path: Path) -> None:
+    pytest.importorskip("drillrig_pin.core", reason="the package was built without a C++ compiler")
+    environment = tmp_path / "empty"
+    venv.create(environment, with_pip=True)
+    # Its own dependencies, in the versions that everything else here is tested with.
+    locked = re.findall(r"^\S+==.*?(?= \\)", (ROOT / "requirements.lock").read_text(), re.MULTILINE)
+    (tmp_path / "versions.txt").write_text("\n".join(locked))
+    install = ["-m", "pip", "install", "--quiet", "-c", str(tmp_path / "versions.txt"), str(wheel)]
+    subprocess.run([environment / "bin/python", *install], check=True, capture_output=True)
+    command = [environment / "bin/drillrig", "run", "--set", "scenario.duration=0.05", "--json"]
+    run = subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, text=True)
+    assert json.loads(run.stdout)["metrics"]["trust"]["engine"].endswith("in the compiled core")
+    assert (tmp_path / "run.nc").exists()
