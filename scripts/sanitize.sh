@@ -15,5 +15,5 @@ ninja -C "$folder" >> "$folder.log" 2>&1 || { tail -50 "$folder.log"; exit 1; }
 # Python itself is not sanitized: the library goes in front, and what Python never frees is no leak of ours.
 LD_PRELOAD="$(gcc -print-file-name=libasan.so) $(gcc -print-file-name=libubsan.so)" \
   ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1 \
-  "$python" tests/core/run_sanitized.py "$folder" tests/test_core_parity.py tests/test_core_runs.py tests/test_core_threads.py \
+  "$python" tests/core/run_sanitized.py "$folder" tests/test_core_parity.py tests/test_core_runs.py tests/test_core_threads.py tests/test_exponential.py \
   --capture=sys -k "not ctrl_c and not shipped_scenario and not RK4" "$@"
