@@ -74,6 +74,7 @@ class Trajectory:
         notes: assembly and equilibrium in words, warnings.
         engine, method: which engine ran, ``core`` or ``python``, and which integrator.
         added: force elements made in Python, as text; to run again they must be given again.
+        made_with: versions of the software that computed it, which need not be those that read it.
     """
 
     time: Array
@@ -88,6 +89,7 @@ class Trajectory:
     added: tuple[str, ...] = ()
     engine: str = "python"
     method: str = ""
+    made_with: dict[str, str] = field(default_factory=lambda: versions(), repr=False)
 
     def __getattr__(self, name: str) -> Array:
         arrays: dict[str, Array] = self.__dict__.get("arrays", {})
@@ -130,7 +132,7 @@ class Trajectory:
     @property
     def content_hash(self) -> str:
         """SHA-256 of model, scenario and versions: equal hashes mean the same question asked of the same software."""
-        return content_hash(self.model, self.scenario, self.added)
+        return content_hash(self.model, self.scenario, self.added, self.made_with)
 
     def save(self, path: str | Path) -> None:
         """Write everything to one NetCDF-4 file; nothing is left behind if that fails (ResultFileError)."""
@@ -144,7 +146,7 @@ class Trajectory:
             "model": self.model,
             "arguments": json.dumps(self.arguments),
             "scenario": self.scenario.model_dump_json(),
-            "versions": json.dumps(versions()),
+            "versions": json.dumps(self.made_with),
             "content_hash": self.content_hash,
             "status": outcome.status.name,
             "end_time": float(outcome.time),
@@ -213,6 +215,7 @@ def load_trajectory(path: str | Path) -> Trajectory:
             tuple(json.loads(attributes["added"])),
             str(attributes["engine"]),
             str(attributes["method"]),
+            json.loads(attributes["versions"]),
         )
     except Exception as error:
         raise damaged(path, error) from None
@@ -223,11 +226,13 @@ def versions() -> dict[str, str]:
     return {name: version(name) for name in ("drillrig-pin", "pin", "numpy", "scipy")}
 
 
-def content_hash(model: str, scenario: Scenario, added: tuple[str, ...] = ()) -> str:
-    """SHA-256 over the expanded model, elements added to it, the scenario and the versions.
+def content_hash(
+    model: str, scenario: Scenario, added: tuple[str, ...] = (), made_with: dict[str, str] | None = None
+) -> str:
+    """SHA-256 over the expanded model, elements added to it, the scenario and the versions (None: those installed).
 
     The scenario's own `model` and `arguments` only say where the model came from; its expanded text counts.
     """
     case = scenario.model_dump(mode="json", exclude={"model", "arguments"})
-    content = {"model": model, "added": added, "scenario": case, "versions": versions()}
+    content = {"model": model, "added": added, "scenario": case, "versions": made_with or versions()}
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()

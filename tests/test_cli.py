@@ -171,8 +171,35 @@ def test_plot_and_export_write_what_they_say(drillrig: Command) -> None:
     assert Path("run.mat").stat().st_size > 0
 
 
+def test_plot_takes_figures_panels_and_a_window(drillrig: Command) -> None:
+    drillrig("run", *SHORT, "-q")
+    document = drillrig(
+        "plot", "run.nc", "-f", "survey.z", "-f", "energy", "--window", "0.01", "0.03", "--json"
+    ).document
+    assert {Path(path).name for path in document["figures"]} == {
+        f"{name}.{form}" for name in ("survey.z", "energy") for form in ("png", "svg")
+    }
+    one_sentence(drillrig("plot", "run.nc", "-f", "survey", "--window", "7", "8"), "--window", "survey")
+    one_sentence(drillrig("plot", "run.nc", "-f", "surfey"), "survey")
+    one_sentence(drillrig("plot", "run.nc", "--format", "gif"), "png, svg")
+
+
+def test_plot_beside_a_measurement(drillrig: Command) -> None:
+    drillrig("run", *SHORT, "-q")
+    run = load_trajectory("run.nc")
+    z = run.of("point_displacement", "S", "z")
+    rows = "\n".join(f"{t:.6f},{1e3 * value:.9f}" for t, value in zip(run.time, z, strict=True))
+    Path("gauge.csv").write_text(rows)
+    one_sentence(drillrig("plot", "run.nc", "--measured", "gauge.csv"), "--measured-unit")
+    document = drillrig("plot", "run.nc", "--measured", "gauge.csv", "--measured-unit", "mm", "--json").document
+    assert any(path.endswith("measured.svg") for path in document["figures"])
+    one_sentence(drillrig("plot", "run.nc", "--measured", "gauge.csv", "--measured-axis", "w"), "x, y, z")
+    Path("still.csv").write_text("t [s],z [mm]\n" + "".join(f"{i},1\n" for i in range(20)))
+    one_sentence(drillrig("plot", "run.nc", "--measured", "still.csv"), "still.csv", "cannot be compared")
+
+
 @pytest.mark.parametrize(
-    "name", ["run", "check", "static", "params", "expand", "export", "plot", "models", "scenarios"]
+    "name", ["run", "check", "static", "params", "expand", "export", "plot", "report", "compare", "models", "scenarios"]
 )
 def test_every_command_has_help_with_an_example(drillrig: Command, name: str) -> None:
     answer = drillrig(name, "--help")

@@ -14,7 +14,7 @@ from drillrig_pin import Rig, Scenario, Trajectory, load_rig_text, simulate
 from drillrig_pin.analysis.design import design_of
 from drillrig_pin.analysis.metrics import measure
 from drillrig_pin.analysis.motion import after, point_motion, start_up
-from drillrig_pin.analysis.spectra import amplitude_spectrum, band_share, strongest_lines
+from drillrig_pin.analysis.spectra import amplitude_spectrum, averaged_spectrum, band_share, strongest_lines
 from drillrig_pin.analysis.trust import trust
 
 TIME = np.arange(8001) / 1000.0
@@ -52,6 +52,29 @@ def test_spectrum_of_a_sine_shows_its_amplitude_and_frequency(frequency: float) 
     assert line.amplitude == pytest.approx(1.7e-3, rel=0.01)
     assert line.frequency == pytest.approx(frequency, abs=spectrum.bin / 8)
     assert line.share == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize("frequency", [2.0, 7.77, 12.3456, 48.03, 199.9])
+def test_averaged_spectrum_shows_the_amplitude_of_a_lasting_sine(frequency: float) -> None:
+    noise = 1e-5 * np.random.default_rng(5).standard_normal(len(TIME))
+    signal = 0.25 + 1.7e-3 * np.sin(2 * math.pi * frequency * TIME + 0.7) + noise
+    spectrum = averaged_spectrum(TIME, signal[:, None])
+    assert spectrum is not None
+    assert spectrum.segments == 3
+    assert spectrum.bin == pytest.approx(0.25)
+    peak = int(np.argmax(spectrum.amplitude[:, 0]))
+    assert spectrum.amplitude[peak, 0] == pytest.approx(1.7e-3, rel=0.01)
+    assert spectrum.frequency[peak] == pytest.approx(frequency, abs=spectrum.bin)
+
+
+def test_averaging_lowers_what_does_not_last() -> None:
+    early = np.where(TIME < 2, np.sin(2 * math.pi * 20 * TIME), 0.0)
+    lasting = np.sin(2 * math.pi * 50 * TIME)
+    spectrum = averaged_spectrum(TIME, np.stack([early, lasting], axis=1))
+    assert spectrum is not None
+    assert spectrum.amplitude[:, 0].max() < 0.7
+    assert spectrum.amplitude[:, 1].max() == pytest.approx(1.0, rel=0.01)
+    assert averaged_spectrum(TIME[:10], np.zeros((10, 1))) is None
 
 
 def test_lines_of_a_mixture_are_sorted_and_share_its_power() -> None:

@@ -28,11 +28,15 @@ EXTENSION = """<drillrig>
 </drillrig>"""
 
 
-@pytest.fixture(scope="module")
-def urdf() -> str:
+def ur5_text() -> str:
     package = distribution("example-robot-data")
     (path,) = (file for file in package.files or () if file.name == "ur5_robot.urdf")
     return path.read_text()
+
+
+@pytest.fixture(scope="module")
+def urdf() -> str:
+    return ur5_text()
 
 
 @pytest.fixture(scope="module")

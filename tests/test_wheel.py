@@ -35,8 +35,10 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_wheel_holds_models_scenarios_and_parameters(wheel: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
-    for name in ("mkz49.urdf.xacro", "params/mkz49.yaml", "scenarios/hole_9.yaml", "GRAMMAR.md"):
+    for name in ("mkz49.urdf.xacro", "params/mkz49.yaml", "scenarios/hole_9.yaml", "limits.yaml", "GRAMMAR.md"):
         assert f"drillrig_pin/urdf/{name}" in names
+    for name in ("report.html", "report.css", "report.js"):
+        assert f"drillrig_pin/report/templates/{name}" in names
 
 
 def test_unpacked_wheel_finds_its_models_outside_the_checkout(wheel: Path, tmp_path: Path) -> None:

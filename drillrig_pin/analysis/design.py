@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from pydantic import ValidationError
 
+from drillrig_pin.analysis.spectra import HAMMER_BAND
 from drillrig_pin.elements.contact import Contact
 from drillrig_pin.elements.cylinder import Cylinder
 from drillrig_pin.elements.loads import Harmonics, Load, Table
@@ -27,6 +28,11 @@ class Design:
         contacts: unit world axis into the rock, by contact element.
         ramp: longest smooth start among the loads that acted [s]; 0 without one.
         slowest: lowest frequency among the sines of these loads [Hz]; 0 without one.
+        percussion: frequency of the blows [Hz]: the lowest of these sines in the hammer's band; 0 without one.
+        sines: frequencies of the sines of every load that acted [Hz], by load.
+        torques: names of the loads that are torques.
+        feed: points at the two ends of the feed line, where a drilling force acts and where the tip touches the rock,
+            both on one link; None for a machine that does not drill.
     """
 
     kinds: dict[str, str]
@@ -34,6 +40,10 @@ class Design:
     contacts: dict[str, Axis]
     ramp: float
     slowest: float
+    percussion: float
+    sines: dict[str, tuple[float, ...]]
+    torques: frozenset[str]
+    feed: tuple[str, str] | None
 
 
 def design_of(trajectory: Trajectory) -> Design:
@@ -46,20 +56,38 @@ def design_of(trajectory: Trajectory) -> Design:
     cylinders, contacts, loads = _built_in(file)
     acting = [load for load in loads if load.name in trajectory.labels["load"]]
     ramps = [load.law.ramp for load in acting if not isinstance(load.law, Table)]
-    frequencies = [
-        term.frequency
+    sines = {
+        load.name: tuple(term.frequency for term in load.law.terms if term.frequency > 0 and term.amplitude != 0)
         for load in acting
         if isinstance(load.law, Harmonics)
-        for term in load.law.terms
-        if term.frequency > 0 and term.amplitude != 0
-    ]
+    }
+    frequencies = [frequency for found in sines.values() for frequency in found]
     return Design(
         kinds,
         {cylinder.name: cylinder.relief_pressure for cylinder in cylinders},
         {contact.name: contact.axis for contact in contacts},
         max(ramps, default=0.0),
         min(frequencies, default=0.0),
+        min((f for f in frequencies if HAMMER_BAND[0] <= f < HAMMER_BAND[1]), default=0.0),
+        sines,
+        frozenset(load.name for load in loads if load.kind == "torque"),
+        _feed(file, contacts, loads),
     )
+
+
+def _feed(file: ModelFile, contacts: list[Contact], loads: list[Load]) -> tuple[str, str] | None:
+    """Drill and tip of the first contact whose link also takes a force, told apart by their names."""
+    links = {
+        node.attributes.get("name", ""): node.attributes.get("link", "")
+        for node in file.elements()
+        if node.tag == "point"
+    }
+    for contact in contacts:
+        for load in loads:
+            one_body = links.get(load.point) == links.get(contact.point)
+            if load.kind == "force" and load.point != contact.point and one_body and contact.point in links:
+                return load.point, contact.point
+    return None
 
 
 def _built_in(file: ModelFile) -> tuple[list[Cylinder], list[Contact], list[Load]]:

@@ -12,6 +12,7 @@ from drillrig_pin.analysis.forces import (
     cylinder_ranges,
     reaction_ranges,
 )
+from drillrig_pin.analysis.hole_quality import HoleQuality, hole_quality
 from drillrig_pin.analysis.motion import (
     JointRange,
     PointMotion,
@@ -52,6 +53,7 @@ class Metrics:
         survey: motion of the survey point, or None if the run tracks no point.
         joints: range of every joint.
         frequencies: of the survey point; None if the run is too short.
+        hole: errors of the hole, or None for a machine without a feed line.
         cylinders: extremes of every cylinder, whole run.
         reactions: constraint rows and contacts.
         trust: constraint errors, energy balance, cost.
@@ -62,6 +64,7 @@ class Metrics:
     survey: PointMotion | None
     joints: tuple[JointRange, ...]
     frequencies: Frequencies | None
+    hole: HoleQuality | None
     cylinders: tuple[CylinderRange, ...]
     reactions: tuple[ReactionRange, ...]
     trust: Trust
@@ -83,6 +86,7 @@ def measure(trajectory: Trajectory) -> Metrics:
         point_motion(trajectory, point, steady, hole) if point else None,
         joint_ranges(trajectory, design, steady),
         point_frequencies(trajectory, point, steady) if point else None,
+        hole_quality(trajectory, design, steady),
         cylinders,
         reactions,
         trusted,

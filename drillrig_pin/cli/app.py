@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from drillrig_pin.cli import models, results, run, sound
+from drillrig_pin.cli import compare, models, results, run, sound
 
 EPILOG = (
     "Exit codes: 0 done; 1 something given cannot be used, or check found an error; 2 wrong usage; "
@@ -50,6 +50,8 @@ for command in (
     sound.check,
     sound.static,
     results.plot,
+    results.report,
+    compare.compare,
     results.export,
     models.params,
     models.expand,

@@ -7,8 +7,13 @@ import json
 import math
 import os
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
+
+from drillrig_pin.words import decimals as decimals
+from drillrig_pin.words import number as number
+from drillrig_pin.words import percent as percent
 
 if TYPE_CHECKING:
     from rich.console import Console, JustifyMethod, RenderableType
@@ -24,6 +29,17 @@ def console(*, stderr: bool = False) -> Console:
     stream = sys.stderr if stderr else sys.stdout
     width = None if stream.isatty() or "COLUMNS" in os.environ else WIDTH
     return Console(stderr=stderr, highlight=False, width=width)
+
+
+@contextmanager
+def working(what: str) -> Iterator[None]:
+    """A sign of life on a terminal while something takes its seconds."""
+    out = console(stderr=True)
+    if not out.is_terminal:
+        yield
+        return
+    with out.status(f"{what} ..."):
+        yield
 
 
 def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], *, text: int = 1) -> RenderableType:
@@ -62,27 +78,3 @@ def plain(value: Any) -> Any:
     if isinstance(value, Iterable):
         return [plain(item) for item in value]
     return str(value)
-
-
-def number(value: float | None, digits: int = 4) -> str:
-    """A number with significant digits, without exponents where they can be helped; a dash for None."""
-    if value is None:
-        return "–"
-    if not math.isfinite(value):
-        return str(value)
-    if value == 0:
-        return "0"
-    size = math.floor(math.log10(abs(value)))
-    if -4 <= size < 6:
-        return f"{value:.{max(0, digits - 1 - size)}f}"
-    return f"{value:.{digits - 1}e}"
-
-
-def decimals(value: float | None, places: int) -> str:
-    """A number with fixed decimals, so that a column lines up; a dash for None."""
-    return "–" if value is None else f"{value:.{places}f}"
-
-
-def percent(share: float) -> str:
-    """A share of 1 as percent."""
-    return f"{100 * share:.1f} %"

@@ -2,46 +2,168 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from drillrig_pin.cli.case import Json
-from drillrig_pin.cli.files import require_folder, require_writable
-from drillrig_pin.cli.output import console, print_json
-from drillrig_pin.errors import ResultFileError
-
-RunFile = Annotated[Path, typer.Argument(metavar="RUN", help="Result file of drillrig run, e.g. run.nc.")]
+from drillrig_pin.cli.files import require_folder, require_writable, write_text
+from drillrig_pin.cli.output import console, print_json, working
+from drillrig_pin.cli.subject import (
+    HoleDirection,
+    LimitSettings,
+    LimitsFile,
+    MeasuredAxis,
+    MeasuredFile,
+    MeasuredUnit,
+    RunFile,
+    cut_sheets,
+    judged_by,
+    measured_beside,
+    read_subject,
+    require_comparison,
+)
+from drillrig_pin.errors import ResultFileError, legal_names
 
 
 def plot(
     run: RunFile,
+    figure: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--figure",
+            "-f",
+            metavar="NAME",
+            help="Only this figure, or one panel of it (joints.boom_lift). May be given many times.",
+        ),
+    ] = None,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="FOLDER", help="Where the figures go. Default: RUN_figures beside it."),
     ] = None,
+    limit: LimitSettings = None,
+    limits: LimitsFile = None,
+    hole_direction: HoleDirection = None,
+    measured: MeasuredFile = None,
+    measured_unit: MeasuredUnit = None,
+    measured_axis: MeasuredAxis = "z",
+    window: Annotated[
+        tuple[float, float] | None,
+        typer.Option("--window", metavar="FROM TO", help="Only this part of the run, in seconds, to see single blows."),
+    ] = None,
+    form: Annotated[
+        list[str] | None, typer.Option("--format", metavar="png|svg", help="File format. Default: both.")
+    ] = None,
     json: Json = False,
 ) -> None:
-    """Draw the figures of a run as PNG files: joints, survey point, spectra, cylinders, reaction, trust.
+    """Draw the figures of a run, ready for print: PNG and SVG, one column wide.
+
+    Motion: joints, survey, path, hole, and measured with --measured.
+
+    Spectra: survey_spectrum, joint_spectra.
+
+    Forces: loads, pressures, cylinder_forces, rainflow, reaction.
+
+    Trust: constraints, energy.
 
     What a run does not have (no cylinders, nothing held) is left out.
 
     Example:  [bold]drillrig plot run.nc -o figures[/]
-    """
-    from drillrig_pin.plots import save_figures
-    from drillrig_pin.trajectory import load_trajectory
 
-    trajectory = load_trajectory(run)
-    if len(trajectory.time) < 2:
-        raise ResultFileError("the run holds fewer than two samples", where=run, todo="There is nothing to draw.")
+    Example:  [bold]drillrig plot run.nc --figure survey --figure loads --window 9.5 10[/]
+
+    Example:  [bold]drillrig plot run.nc --figure survey.z --figure measured --measured hole_9.csv[/]
+    """
+    from drillrig_pin.figures.printed import FORMATS, save_sheets
+    from drillrig_pin.figures.registry import sheets_of
+
+    formats = form or list(FORMATS)
+    for word in formats:
+        if word not in FORMATS:
+            raise ResultFileError(f"no format {word!r}", where="--format", todo=legal_names(word, FORMATS, "formats"))
+    beside = measured_beside(measured, measured_unit, measured_axis)
+    subject = read_subject(run, **judged_by(limit, limits, hole_direction), **beside)
+    sheets = sheets_of(subject, figure)
+    if window is not None:
+        sheets = cut_sheets(sheets, *window)
+    if measured is not None and figure is None:
+        require_comparison(sheets, measured)
     folder = output if output is not None else run.with_name(f"{run.stem}_figures")
     require_folder(folder)
-    written = save_figures(trajectory, folder)
+    with working("drawing"):
+        written = save_sheets(sheets, folder, dict.fromkeys(formats))
     if json:
         print_json({"run": str(run), "figures": [str(path) for path in written]})
         return
-    console().print(f"{len(written)} figures in {folder}: {', '.join(path.name for path in written)}", markup=False)
+    out = console()
+    out.print(f"{len(sheets)} figures in {folder}{os.sep}, as {' and '.join(dict.fromkeys(formats))}:", markup=False)
+    for sheet in sheets:
+        out.print(f"  {sheet.name:<18} {sheet.title}", markup=False)
+
+
+def report(
+    run: RunFile,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE.html", help="Default: RUN_report.html beside it."),
+    ] = None,
+    limit: LimitSettings = None,
+    limits: LimitsFile = None,
+    hole_direction: HoleDirection = None,
+    measured: MeasuredFile = None,
+    measured_unit: MeasuredUnit = None,
+    measured_axis: MeasuredAxis = "z",
+    json: Json = False,
+) -> None:
+    """Write a run as one page for readers who never saw the code: verdict, numbers, animation, figures, sources.
+
+    The page opens in any browser without network, prints, and asks nothing of the machine it is read on.
+
+    Limits: angle, collar, toe_3m (any depth), shake.
+
+    Example:  [bold]drillrig report run.nc -o report.html --limit toe_6m=100mm --limit angle=0.5deg[/]
+    """
+    from drillrig_pin.analysis.verdict import Level
+    from drillrig_pin.figures.registry import sheets_of
+    from drillrig_pin.report.content import gather
+    from drillrig_pin.report.page import report_page
+
+    target = output if output is not None else run.with_name(f"{run.stem}_report.html")
+    require_writable(target)
+    beside = measured_beside(measured, measured_unit, measured_axis)
+    subject = read_subject(run, **judged_by(limit, limits, hole_direction), **beside)
+    sheets = sheets_of(subject)
+    if measured is not None:
+        require_comparison(sheets, measured)
+    content = gather(subject)
+    with working("writing the report"):
+        write_text(target, report_page(content, sheets))
+    size = target.stat().st_size
+    if json:
+        print_json(
+            {
+                "run": str(run),
+                "report": str(target),
+                "bytes": size,
+                "verdict": {"level": content.verdict[0].name, "sentence": content.verdict[1]},
+                "findings": [
+                    {"level": f.level.name, "title": f.title, "sentence": f.sentence, "advice": f.advice}
+                    for f in content.findings
+                ],
+                "hole_quality": content.quality,
+                "limits": dict(content.limits),
+                "rainflow": content.counts,
+            }
+        )
+        return
+    out = console()
+    out.print(content.verdict[1], markup=False, style="bold")
+    for finding in content.findings:
+        if finding.level in (Level.BAD, Level.NEAR):
+            out.print(f"  {finding.title}: {finding.sentence} {finding.advice}", markup=False)
+    out.print(f"{target} written ({size / 1e6:.1f} MB). Open it in a browser.", markup=False)
 
 
 def export(

@@ -128,9 +128,8 @@ def _report(
             )
     if outcome.completed:
         if not quiet:
-            out.print(
-                f"Saved to {output}{' (replaced)' if replaced else ''}. Next: drillrig plot {output}", markup=False
-            )
+            words = f"Saved to {output}{' (replaced)' if replaced else ''}."
+            out.print(f"{words} Next: drillrig plot {output}, drillrig report {output}", markup=False)
         return
     kept = f"{len(trajectory.time)} samples are kept in {output}"
     console(stderr=True).print(f"stopped early: {outcome} {kept}.", markup=False, style="red", soft_wrap=True)

@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from drillrig_pin.cli.output import decimals, number, percent, table
+from drillrig_pin.words import measure_name, quantity
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -23,6 +24,7 @@ def print_summary(out: Console, metrics: Metrics) -> None:
     left, right = _survey(metrics), _frequencies(metrics)
     _side_by_side(out, left, right)
     _side_by_side(out, _joints(metrics), _reactions(metrics))
+    _side_by_side(out, _hole(metrics))
     if metrics.cylinders:
         out.print(_cylinders(metrics.cylinders), "")
     for line in trust_lines(metrics.trust):
@@ -107,6 +109,18 @@ def _reactions(metrics: Metrics) -> RenderableType | None:
         numbers = [number(value * factor) for value in (r.least, r.mean, r.greatest)]
         rows.append((r.name, *numbers, f"{unit}{r.unit}", pulled))
     return table("Force of the face on the machine", ("", "min", "mean", "max", "", "in tension"), rows)
+
+
+def _hole(metrics: Metrics) -> RenderableType | None:
+    if metrics.hole is None:
+        return None
+    rows = [
+        (measure_name(e.name), *(quantity(value, e.unit) for value in (e.static, e.vibration, e.worst)))
+        for e in metrics.hole.errors
+    ]
+    return table(
+        "Hole quality, feed line against its direction at the start", ("", "static", "vibration", "worst"), rows
+    )
 
 
 def _cylinders(cylinders: tuple[CylinderRange, ...]) -> RenderableType:

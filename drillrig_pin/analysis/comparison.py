@@ -1,0 +1,139 @@
+"""Runs beside each other: which number changed by how much, and in what the questions differ."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from drillrig_pin.analysis.design import design_of
+from drillrig_pin.analysis.differences import Difference, differences
+from drillrig_pin.analysis.fatigue import cylinder_rainflow
+from drillrig_pin.analysis.hole_quality import hole_quality
+from drillrig_pin.analysis.metrics import measure
+from drillrig_pin.analysis.motion import after
+from drillrig_pin.analysis.quantities import GROUPS, Quantity, quantities
+from drillrig_pin.model.modelfile import read_model_text
+from drillrig_pin.trajectory import Trajectory
+
+#: Relative changes below this are no changes.
+UNCHANGED = 1e-3
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """One number of one run against the first run.
+
+    Attributes:
+        value: in this run [unit].
+        absolute: value - reference [unit].
+        relative: absolute / |reference|; None if that is zero.
+        verdict: ``better``, ``worse``, ``other`` (changed, neither is better) or ``same``.
+    """
+
+    value: float
+    absolute: float
+    relative: float | None
+    verdict: str
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One number in all runs: that of the first, and its changes in the others."""
+
+    reference: Quantity
+    changes: tuple[Change, ...]
+
+    @property
+    def changed(self) -> bool:
+        """Whether any run differs from the first."""
+        return any(change.verdict != "same" for change in self.changes)
+
+    @property
+    def size(self) -> float:
+        """Greatest relative change, infinite from zero."""
+        return max(_size(change) for change in self.changes)
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """Runs against the first of them.
+
+    Attributes:
+        machines: name of the machine of every run.
+        rows: numbers all runs have, the most important first: by group, then by the size of the change.
+        missing: labels of the numbers that not all runs have.
+        differences: in what the questions differ.
+        cautions: what the reader must know before comparing.
+    """
+
+    machines: tuple[str, ...]
+    rows: tuple[Row, ...]
+    missing: tuple[str, ...]
+    differences: tuple[Difference, ...]
+    cautions: tuple[str, ...]
+
+
+def compare_runs(runs: Sequence[Trajectory]) -> Comparison:
+    """Compare two or more runs of at least two samples each with the first of them."""
+    tables = [_numbers(run) for run in runs]
+    first, others = tables[0], tables[1:]
+    rows = [
+        Row(quantity, tuple(_change(quantity, table[key]) for table in others))
+        for key, quantity in first.items()
+        if all(key in table and table[key].unit == quantity.unit for table in others)
+    ]
+    rows.sort(key=lambda row: (not row.changed, GROUPS.index(row.reference.group), -row.size))
+    shared = {row.reference.key for row in rows}
+    missing = {q.key: q.label for table in tables for q in table.values() if q.key not in shared}
+    machines = tuple(read_model_text(run.model).name for run in runs)
+    return Comparison(
+        machines, tuple(rows), tuple(missing.values()), differences(runs), tuple(_cautions(runs, machines, missing))
+    )
+
+
+def _numbers(run: Trajectory) -> dict[str, Quantity]:
+    # The last samples of a run that diverged may be too large to be squared.
+    with np.errstate(all="ignore"):
+        metrics = measure(run)
+        steady = after(run, metrics.start_up)
+        return quantities(metrics, hole_quality(run, design_of(run), steady), cylinder_rainflow(run, steady))
+
+
+def _change(reference: Quantity, other: Quantity) -> Change:
+    absolute = other.value - reference.value
+    relative = absolute / abs(reference.value) if reference.value else None
+    noise = max(UNCHANGED * abs(reference.value), reference.noise, other.noise)
+    if math.isfinite(absolute) and abs(absolute) <= noise:
+        verdict = "same"
+    elif not reference.better or not math.isfinite(absolute):
+        verdict = "other"
+    else:
+        verdict = "better" if (absolute < 0) == (reference.better == "lower") else "worse"
+    return Change(other.value, absolute, relative, verdict)
+
+
+def _size(change: Change) -> float:
+    if change.verdict == "same":
+        return 0.0
+    return abs(change.relative) if change.relative is not None else math.inf
+
+
+def _cautions(runs: Sequence[Trajectory], machines: Sequence[str], missing: dict[str, str]) -> list[str]:
+    found = []
+    if len(set(machines)) > 1:
+        names = ", ".join(dict.fromkeys(machines))
+        found.append(f"different machines ({names}): only numbers of the same name are compared")
+    ends = {round(run.outcome.time, 9) for run in runs}
+    if len(ends) > 1:
+        found.append(
+            f"runs of different length ({', '.join(f'{end:g} s' for end in sorted(ends))}): extremes grow with time"
+        )
+    for i, run in enumerate(runs):
+        if not run.outcome.completed:
+            found.append(f"run {i + 1} did not complete: {run.outcome}")
+    if missing:
+        found.append(f"{len(missing)} numbers are not in all runs and cannot be compared")
+    return found

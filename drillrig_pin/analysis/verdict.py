@@ -1,0 +1,208 @@
+"""What a run says, in sentences: is it accurate, is the hole straight, do the cylinders hold; and what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+from drillrig_pin.analysis.design import Design
+from drillrig_pin.analysis.forces import GAS_RELEASE, CylinderRange, ReactionRange
+from drillrig_pin.analysis.hole_quality import HoleQuality
+from drillrig_pin.analysis.limits import Limit
+from drillrig_pin.analysis.metrics import Metrics
+from drillrig_pin.errors import Outcome
+from drillrig_pin.words import measure_name, number, percent, quantity
+
+#: A value beyond this part of its limit is worth a look although it keeps it.
+NEAR = 0.8
+#: A frequency with less than this share of the motion does not say where a vibration comes from.
+TELLING = 0.2
+
+
+class Level(Enum):
+    """How a finding is to be taken; the worst one is that of the run."""
+
+    GOOD = "good"
+    NOTE = "note"
+    NEAR = "near the limit"
+    BAD = "over the limit"
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One sentence of the verdict: what was found, against a limit or not, and what to do about it."""
+
+    level: Level
+    title: str
+    sentence: str
+    advice: str = ""
+    limited: bool = False
+
+
+def findings(
+    metrics: Metrics, design: Design, quality: HoleQuality | None, limits: Mapping[str, Limit], outcome: Outcome
+) -> tuple[Finding, ...]:
+    """Everything there is to say about a run, the worst first."""
+    found = [*_computation(metrics, outcome)]
+    if quality is not None:
+        found += _hole(quality, limits)
+    found += _shake(metrics, limits)
+    pressures = [finding for cylinder in metrics.cylinders for finding in _cylinder(cylinder)]
+    found += pressures or _calm(metrics)
+    for reaction in metrics.reactions:
+        found += _contact(reaction)
+    found += _source_of_vibration(metrics, design)
+    order = list(Level)
+    return tuple(sorted(found, key=lambda finding: -order.index(finding.level)))
+
+
+def headline(found: tuple[Finding, ...]) -> tuple[Level, str]:
+    """The whole verdict in one sentence."""
+    bad = [finding for finding in found if finding.level is Level.BAD]
+    near = [finding for finding in found if finding.level is Level.NEAR]
+    if bad:
+        what = "one point needs" if len(bad) == 1 else f"{len(bad)} points need"
+        return Level.BAD, f"Not good enough as it is: {what} a change."
+    if near:
+        what = "one value is" if len(near) == 1 else f"{len(near)} values are"
+        return Level.NEAR, f"Within all limits that are set, but {what} near its limit."
+    if any(finding.limited for finding in found):
+        return Level.GOOD, "Within all limits that are set."
+    return Level.NOTE, "No limit applies to this machine; its numbers are yours to judge."
+
+
+def _computation(metrics: Metrics, outcome: Outcome) -> list[Finding]:
+    trust = metrics.trust
+    found = []
+    if not outcome.completed:
+        words = f"{_sentence(outcome.status.message)} (at {outcome.time:.4g} s)"
+        sentence = f"{words}: {outcome.cause}." if outcome.cause else f"{words}."
+        found.append(Finding(Level.BAD, "The run stopped early", sentence, outcome.status.advice))
+    if trust.doubts:
+        words = " and ".join(trust.doubts)
+        advice = "Do not use these numbers. Tighten scenario.integrator.rtol or choose another method, and run again."
+        return [*found, Finding(Level.BAD, "The computation is not accurate", f"{_sentence(words)}.", advice)]
+    kept = []
+    if trust.error is not None:
+        kept.append(f"the held points stay in place to {trust.error:.1e} m")
+    if trust.relative is not None:
+        kept.append(f"the energy balance closes to {trust.relative:.1e} of the {trust.against}")
+    if kept:
+        words = f"{_sentence(' and '.join(kept))}. The equations are solved accurately; how well the model describes "
+        found.append(Finding(Level.GOOD, "The computation is accurate", words + "the machine depends on its numbers."))
+    return found
+
+
+def _hole(quality: HoleQuality, limits: Mapping[str, Limit]) -> list[Finding]:
+    found, unlimited = [], []
+    advice = (
+        "Stiffen what gives way most (see the joint motion and the cylinder forces), drill with less feed force, or "
+        "move the machine's frequencies away from those of the load."
+    )
+    for error in quality.errors:
+        limit = limits.get(error.name)
+        if limit is None:
+            unlimited.append(f"{measure_name(error.name).lower()} {quantity(error.worst, error.unit)}")
+            continue
+        sentence = (
+            f"{measure_name(error.name)}: at worst {quantity(error.worst, error.unit)}, of which "
+            f"{quantity(error.static, error.unit)} static; the limit is {quantity(limit.value, error.unit)}"
+            f"{' (assumed)' if limit.assumed else ''}."
+        )
+        found.append(_against(error.worst, limit.value, "Hole quality", sentence, advice))
+    if unlimited:
+        todo = "Set one to have it judged, e.g. --limit angle=0.5deg."
+        found.append(Finding(Level.NOTE, "Hole quality", f"No limit is set for {', '.join(unlimited)} at worst.", todo))
+    return found
+
+
+def _shake(metrics: Metrics, limits: Mapping[str, Limit]) -> list[Finding]:
+    limit, motion = limits.get("shake"), metrics.survey
+    if limit is None or motion is None or motion.across is None:
+        return []
+    value = 2 * motion.across.farthest
+    sentence = (
+        f"Point {motion.point} moves {quantity(value, 'm')} across the hole, peak to peak; "
+        f"the limit is {quantity(limit.value, 'm')}{' (assumed)' if limit.assumed else ''}."
+    )
+    return [
+        _against(value, limit.value, "Vibration", sentence, "Stiffen the machine, or change the load's frequencies.")
+    ]
+
+
+def _cylinder(c: CylinderRange) -> list[Finding]:
+    found = []
+    for chamber, least, greatest in (("A", c.a_min, c.a_max), ("B", c.b_min, c.b_max)):
+        if least < GAS_RELEASE:
+            sentence = (
+                f"Chamber {chamber} falls to {quantity(least, 'Pa')} absolute; below {quantity(GAS_RELEASE, 'Pa')} the "
+                f"oil releases air ({percent(c.below)} of time) and is softer than computed."
+            )
+            advice = "Raise its precharge, or load it less."
+            found.append(Finding(Level.BAD, c.cylinder, sentence, advice, limited=True))
+        if c.relief is not None and greatest > NEAR * c.relief:
+            sentence = (
+                f"Chamber {chamber} rises to {quantity(greatest, 'Pa')} absolute; its relief valve opens at "
+                f"{quantity(c.relief, 'Pa')}."
+            )
+            found.append(_against(greatest, c.relief, c.cylinder, sentence, "Take a larger bore, or load it less."))
+    return found
+
+
+def _calm(metrics: Metrics) -> list[Finding]:
+    if not metrics.cylinders:
+        return []
+    least = min(min(c.a_min, c.b_min) for c in metrics.cylinders)
+    greatest = max(max(c.a_max, c.b_max) for c in metrics.cylinders)
+    sentence = (
+        f"All chambers stay between {quantity(least, 'Pa')} and {quantity(greatest, 'Pa')} absolute, away from gas "
+        "release and relief."
+    )
+    return [Finding(Level.GOOD, "Cylinders", sentence, limited=True)]
+
+
+def _contact(r: ReactionRange) -> list[Finding]:
+    if r.tension is None:
+        return []
+    if r.tension > 0:
+        sentence = (
+            f"The rock would have to pull at the tip for {percent(r.tension)} of time: a real tip lifts off there."
+        )
+        advice = "Press the tip on harder (preload), or compute with the contact's mode unilateral."
+        return [Finding(Level.BAD, r.name, sentence, advice, limited=True)]
+    sentence = f"The tip stays pressed on: {quantity(-r.greatest, 'N')} at least, {quantity(-r.mean, 'N')} in the mean."
+    return [Finding(Level.GOOD, r.name, sentence, limited=True)]
+
+
+def _source_of_vibration(metrics: Metrics, design: Design) -> list[Finding]:
+    found = metrics.frequencies
+    if found is None or metrics.survey is None or not found.lines:
+        return []
+    line = found.lines[0]
+    if line.share < TELLING:
+        return []
+    sources = [
+        f"{load} ({frequency:g} Hz)"
+        for load, frequencies in design.sines.items()
+        for frequency in frequencies
+        if abs(frequency - line.frequency) <= found.bin
+    ]
+    cause = f"It is driven by {' and '.join(sources)}." if sources else "No load drives it: it is a motion of its own."
+    sentence = (
+        f"{percent(line.share)} of the motion of {metrics.survey.point} is at {number(line.frequency, 3)} Hz, mainly "
+        f"along {line.axis}. {cause}"
+    )
+    return [Finding(Level.NOTE, "Where the vibration comes from", sentence)]
+
+
+def _against(value: float, limit: float, title: str, sentence: str, advice: str) -> Finding:
+    if not value <= limit:
+        return Finding(Level.BAD, title, sentence, advice, limited=True)
+    if value > NEAR * limit:
+        return Finding(Level.NEAR, title, f"{sentence} That is {percent(value / limit)} of it.", advice, limited=True)
+    return Finding(Level.GOOD, title, sentence, limited=True)
+
+
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:]

@@ -1,0 +1,74 @@
+"""A run as the figures see it, and the units that suit its numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from drillrig_pin.analysis.design import Axis, Design, design_of
+from drillrig_pin.analysis.limits import Limit
+from drillrig_pin.analysis.measured import Measurement
+from drillrig_pin.analysis.motion import after, start_up
+from drillrig_pin.kinematics import Array
+from drillrig_pin.trajectory import Trajectory
+
+
+@dataclass(frozen=True, slots=True)
+class Subject:
+    """What a figure is made of.
+
+    Attributes:
+        trajectory: a run of at least two samples.
+        design: facts of its model.
+        steady: samples after the start-up transient.
+        limits: what the run is judged by, by name.
+        hole: world direction the hole is meant to have; None: that of the feed at the start.
+        measurement: a measured displacement of the survey point, if one was given, and the world axis it is along.
+    """
+
+    trajectory: Trajectory
+    design: Design
+    steady: slice
+    limits: Mapping[str, Limit] = field(default_factory=dict)
+    hole: Axis | None = None
+    measurement: Measurement | None = None
+    measured_axis: str = "z"
+
+
+def subject_of(trajectory: Trajectory, **options: Any) -> Subject:
+    """Read the model the run carries; ``options`` are the other fields of a subject."""
+    design = design_of(trajectory)
+    return Subject(trajectory, design, after(trajectory, start_up(trajectory, design)), **options)
+
+
+def length_unit(*values: Array) -> tuple[str, float]:
+    """Unit and factor that suit lengths given in metres."""
+    largest = _largest(values)
+    if largest >= 0.5:
+        return "m", 1.0
+    return ("mm", 1e3) if largest >= 1e-4 else ("µm", 1e6)
+
+
+def angle_unit(*values: Array) -> tuple[str, float]:
+    """Unit and factor that suit angles given in radians."""
+    return ("°", 180 / math.pi) if _largest(values) >= 1e-4 else ("m°", 180e3 / math.pi)
+
+
+def force_unit(*values: Array, moment: bool = False) -> tuple[str, float]:
+    """Unit and factor that suit forces in newtons, or moments in newton metres."""
+    unit = "N m" if moment else "N"
+    return (f"k{unit}", 1e-3) if _largest(values) >= 1e3 else (unit, 1.0)
+
+
+def energy_unit(*values: Array) -> tuple[str, float]:
+    """Unit and factor that suit energies in joules."""
+    largest = _largest(values)
+    return ("kJ", 1e-3) if largest >= 1e4 else ("J", 1.0) if largest >= 0.1 else ("mJ", 1e3)
+
+
+def _largest(values: tuple[Array, ...]) -> float:
+    return max((float(np.nanmax(np.abs(v[np.isfinite(v)]), initial=0.0)) for v in values), default=0.0)

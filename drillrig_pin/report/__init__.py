@@ -1,0 +1,1 @@
+"""One page that says everything about a run, for readers who never saw the code."""

@@ -1,0 +1,63 @@
+"""Numbers as people read them: significant digits, and the units a designer thinks in."""
+
+from __future__ import annotations
+
+import math
+
+
+def number(value: float | None, digits: int = 4) -> str:
+    """A number with significant digits, without exponents where they can be helped; a dash for None."""
+    if value is None:
+        return "–"
+    if not math.isfinite(value):
+        return str(value)
+    if value == 0:
+        return "0"
+    size = math.floor(math.log10(abs(value)))
+    if -4 <= size < 6:
+        return f"{value:.{max(0, digits - 1 - size)}f}"
+    return f"{value:.{digits - 1}e}"
+
+
+def decimals(value: float | None, places: int) -> str:
+    """A number with fixed decimals, so that a column lines up; a dash for None."""
+    return "–" if value is None else f"{value:.{places}f}"
+
+
+def percent(share: float) -> str:
+    """A share of 1 as percent."""
+    return f"{100 * share:.1f} %"
+
+
+#: From SI to what people read: unit, factor, and the least magnitude in SI it suits, largest first.
+READ: dict[str, tuple[tuple[str, float, float], ...]] = {
+    "m": (("m", 1.0, 0.5), ("mm", 1e3, 1e-4), ("µm", 1e6, 0.0)),
+    "rad": (("°", 180 / math.pi, 0.0),),
+    "Pa": (("bar", 1e-5, 0.0),),
+    "N": (("kN", 1e-3, 1e3), ("N", 1.0, 0.0)),
+    "N m": (("kN m", 1e-3, 1e3), ("N m", 1.0, 0.0)),
+    "1": (("%", 100.0, 0.0),),
+}
+
+
+def reading(unit: str, size: float) -> tuple[str, float]:
+    """Unit and factor in which people read a quantity of this size, given in SI; other units stay as they are."""
+    for name, factor, least in READ.get(unit, ()):
+        if abs(size) >= least:
+            return name, factor
+    return unit, 1.0
+
+
+def quantity(value: float | None, unit: str, digits: int = 3) -> str:
+    """A value given in SI with the unit people read it in, e.g. ``0.0123 m`` as ``12.3 mm``; a dash for None."""
+    if value is None:
+        return "–"
+    name, factor = reading(unit, value if value else 1.0)
+    space = "" if name == "°" else " "
+    return f"{number(value * factor, digits)}{space}{name}".rstrip()
+
+
+def measure_name(name: str) -> str:
+    """A limit's name in words: ``toe_6m`` is the toe offset at 6 m."""
+    words = {"angle": "Angle error of the feed", "collar": "Collar offset", "shake": "Vibration across the hole"}
+    return words.get(name) or f"Toe offset at {name.removeprefix('toe_').removesuffix('m')} m"
