@@ -25,6 +25,16 @@ compiler() {
         echo "No C++ compiler: drillrig will run its Python engine, about a hundred times slower. Install g++ and run again."
 }
 
+# The browser tests need Chromium, the film among them ffmpeg. CI must run them; elsewhere pytest says that it skips them.
+browser() {
+    if [ -n "${CI:-}" ] && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null 2>&1; then
+        if ! command -v chromium >/dev/null 2>&1 || ! command -v ffmpeg >/dev/null 2>&1; then
+            echo "Installing chromium and ffmpeg ..."
+            { apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends chromium ffmpeg; } >/dev/null
+        fi
+    fi
+}
+
 prepare_environment() {
     local lock=$1 stamp=.venv/installed.txt python wanted
     python=$(python_for_venv)

@@ -9,4 +9,5 @@ prepare_environment requirements-test.lock
 .venv/bin/ruff check .
 .venv/bin/ruff format --check .
 .venv/bin/mypy
+browser
 .venv/bin/python -m pytest -n auto --dist loadfile "$@"

@@ -199,7 +199,22 @@ def test_plot_beside_a_measurement(drillrig: Command) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["run", "check", "static", "params", "expand", "export", "plot", "report", "compare", "models", "scenarios"]
+    "name",
+    [
+        "run",
+        "check",
+        "static",
+        "params",
+        "expand",
+        "export",
+        "plot",
+        "report",
+        "compare",
+        "replay",
+        "watch",
+        "models",
+        "scenarios",
+    ],
 )
 def test_every_command_has_help_with_an_example(drillrig: Command, name: str) -> None:
     answer = drillrig(name, "--help")

@@ -31,6 +31,8 @@ LAYERS: list[tuple[str, ...]] = [
     ("methods",),
     ("simulation",),
     ("analysis.",),
+    ("scene.",),
+    ("replay.",),
     ("check", "check_pose", "figures."),
     ("report.",),
     ("cli.",),

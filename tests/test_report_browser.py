@@ -100,6 +100,19 @@ def test_every_figure_is_drawn_and_a_picture_of_it_is_not_blank(watched: Watched
         assert len(set(picture.convert("L").resize((200, 100)).tobytes())) > 20, f"{name} is blank"
 
 
+def test_the_animation_plays_inside_the_page(watched: Watched) -> None:
+    frame = watched.page.locator("#animation iframe")
+    frame.scroll_into_view_if_needed()
+    inside = watched.page.frame_locator("#animation iframe")
+    inside.locator("canvas").first.wait_for(timeout=WAIT)
+    first = frame.screenshot()
+    picture = Image.open(BytesIO(first)).convert("L")
+    assert len(set(picture.resize((200, 100)).tobytes())) > 20, "the animation is blank"
+    watched.page.wait_for_timeout(1500)
+    assert frame.screenshot() != first, "nothing moves"
+    assert watched.said == []
+
+
 def test_the_legend_hides_and_shows_a_curve_in_every_panel(watched: Watched) -> None:
     plot = watched.page.locator("[data-figure=pressures]")
 

@@ -39,6 +39,8 @@ def test_wheel_holds_models_scenarios_and_parameters(wheel: Path) -> None:
         assert f"drillrig_pin/urdf/{name}" in names
     for name in ("report.html", "report.css", "report.js"):
         assert f"drillrig_pin/report/templates/{name}" in names
+    for name in ("page.html", "page.css", "payload.js", "film.js", "player.js"):
+        assert f"drillrig_pin/replay/assets/{name}" in names
 
 
 def test_unpacked_wheel_finds_its_models_outside_the_checkout(wheel: Path, tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from drillrig_pin.cli import compare, models, results, run, sound
+from drillrig_pin.cli import compare, models, results, run, show, sound, watch
 
 EPILOG = (
     "Exit codes: 0 done; 1 something given cannot be used, or check found an error; 2 wrong usage; "
@@ -52,6 +52,8 @@ for command in (
     results.plot,
     results.report,
     compare.compare,
+    show.replay,
+    watch.watch,
     results.export,
     models.params,
     models.expand,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import threading
 from collections.abc import Mapping
 from pathlib import Path
@@ -16,7 +17,7 @@ from drillrig_pin.model.nodes import parse_file, root_element, short_path
 _XACRO = threading.Lock()
 
 
-def expand(path: Path, arguments: Mapping[str, Any]) -> tuple[minidom.Document, frozenset[str]]:
+def expand(path: Path, arguments: Mapping[str, Any]) -> tuple[minidom.Document, frozenset[str], tuple[Path, ...]]:
     """Expand a ``.xacro`` file into a stamped DOM; a plain ``.urdf`` is only parsed.
 
     Args:
@@ -24,7 +25,7 @@ def expand(path: Path, arguments: Mapping[str, Any]) -> tuple[minidom.Document, 
         arguments: xacro arguments by name; values are written as text, as on xacro's own command line.
 
     Returns:
-        The expanded document and the names of all arguments the model declares.
+        The expanded document, the names of all arguments the model declares, and all files it was read from.
 
     Raises:
         ModelError: unreadable or malformed file, unknown argument, or an error inside an expression.
@@ -36,11 +37,11 @@ def expand(path: Path, arguments: Mapping[str, Any]) -> tuple[minidom.Document, 
                 "a file that uses xacro must be named *.xacro", where=short_path(path), todo="Rename the file."
             )
         _refuse_unknown(arguments, frozenset(), path)
-        return document, frozenset()
+        return document, frozenset(), (path,)
     return _run_xacro(path, arguments)
 
 
-def _run_xacro(path: Path, arguments: Mapping[str, Any]) -> tuple[minidom.Document, frozenset[str]]:
+def _run_xacro(path: Path, arguments: Mapping[str, Any]) -> tuple[minidom.Document, frozenset[str], tuple[Path, ...]]:
     import xacro
 
     declared: set[str] = set()
@@ -56,15 +57,21 @@ def _run_xacro(path: Path, arguments: Mapping[str, Any]) -> tuple[minidom.Docume
     with _XACRO:
         # xacro offers no hook for line numbers: its parser is replaced for the duration of one expansion.
         original, xacro.parse = xacro.parse, stamped_parse
+        xacro.all_includes.clear()
         try:
             document = xacro.process_file(str(path), mappings=mappings, verbosity=0)
+            files = tuple(dict.fromkeys(map(Path, (path, *xacro.all_includes))))
         except ModelError:
             raise
         except RecursionError:
             raise ModelError("the xacro macros call each other without end", where=short_path(path)) from None
         except Exception as error:
             # An expression in the file may raise anything; all of it means that the file is at fault.
-            place = " in ".join(short_path(file) for file in xacro.filestack or [] if file) or short_path(path)
+            place = _place(
+                [file for file in xacro.filestack or [] if file] or [str(path)],
+                tuple(dict.fromkeys(map(Path, (path, *xacro.all_includes)))),
+                str(error),
+            )
             reason = " ".join(str(error).split()) or type(error).__name__
             # A model that stops with xacro.fatal has said what is wrong; the expression that says so adds nothing.
             reason = reason.split(" when evaluating expression 'xacro.fatal(")[0]
@@ -73,7 +80,31 @@ def _run_xacro(path: Path, arguments: Mapping[str, Any]) -> tuple[minidom.Docume
             xacro.parse = original
             xacro.filestack = None
     _refuse_unknown(arguments, frozenset(declared), path)
-    return document, frozenset(declared)
+    return document, frozenset(declared), files
+
+
+def _place(stack: list[str], files: tuple[Path, ...], reason: str) -> str:
+    """Where an expansion failed, with the line if it can be told.
+
+    xacro says which expression or macro failed, not where; its words are looked for in all files read so far, and where
+    they stand exactly once, that is the place. A YAML reader says its file and line.
+    """
+    if told := re.search(r'in "(.+?)", line (\d+), column', reason):
+        return f"{short_path(told[1])}:{told[2]}"
+    words = re.search(r"expression '(.+)'", reason) or re.search(r"(xacro:[\w.]+)", reason)
+    if words:
+        found = [place for file in files for place in _lines_with(words[1], file)]
+        if len(found) == 1:
+            return found[0]
+    return " in ".join(short_path(file) for file in stack)
+
+
+def _lines_with(words: str, file: Path) -> list[str]:
+    try:
+        lines = file.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError):
+        return []
+    return [f"{short_path(file)}:{number}" for number, line in enumerate(lines, start=1) if words in line]
 
 
 def _as_text(value: Any) -> str:

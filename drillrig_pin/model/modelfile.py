@@ -49,6 +49,7 @@ class ModelFile:
         root: the same as nodes that know their file and line.
         arguments: the arguments the user gave.
         declared: all arguments the file takes.
+        files: everything it was read from: the file itself, its includes, its tables of numbers.
     """
 
     name: str
@@ -57,6 +58,7 @@ class ModelFile:
     root: Node
     arguments: dict[str, Any]
     declared: frozenset[str]
+    files: tuple[Path, ...] = ()
 
     def elements(self) -> Iterator[Node]:
         """The extension elements of all ``<drillrig>`` blocks, in file order."""
@@ -82,8 +84,8 @@ def read_model(path_or_name: str | Path, arguments: Mapping[str, Any] | None = N
     """
     arguments = dict(arguments or {})
     path = find_model(path_or_name)
-    document, declared = expand(path, arguments)
-    return _model_file(document, short_path(path), path.parent, arguments, declared)
+    document, declared, files = expand(path, arguments)
+    return _model_file(document, short_path(path), path.parent, arguments, declared, files)
 
 
 def read_model_text(text: str, name: str = "<text>", folder: Path | None = None) -> ModelFile:
@@ -110,19 +112,28 @@ def find_model(path_or_name: str | Path) -> Path:
 
 
 def _model_file(
-    document: minidom.Document, path: str, folder: Path, arguments: dict[str, Any], declared: frozenset[str]
+    document: minidom.Document,
+    path: str,
+    folder: Path,
+    arguments: dict[str, Any],
+    declared: frozenset[str],
+    files: tuple[Path, ...] = (),
 ) -> ModelFile:
     element = root_element(document)
     if element.tagName != "robot":
         raise ModelError(f"the root element is <{element.tagName}>, not <robot>", where=path)
-    for table in element.getElementsByTagName("table"):
+    tables = element.getElementsByTagName("table")
+    read = [folder / table.getAttribute("file") for table in tables if table.getAttribute("file")]
+    for table in tables:
         _inline(table, document, folder)
     _drop_comments(element)
     root = take_nodes(element)
     text = '<?xml version="1.0"?>\n' + "\n".join(
         line for line in element.toprettyxml(indent="  ").splitlines() if line.strip()
     )
-    return ModelFile(element.getAttribute("name") or "robot", path, text + "\n", root, arguments, declared)
+    return ModelFile(
+        element.getAttribute("name") or "robot", path, text + "\n", root, arguments, declared, (*files, *read)
+    )
 
 
 def _drop_comments(element: minidom.Element) -> None:

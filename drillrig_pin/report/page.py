@@ -8,9 +8,10 @@ from importlib.resources import files
 from typing import Any
 
 from drillrig_pin.figures.sheet import Sheet
-from drillrig_pin.report.animation import animation_document
+from drillrig_pin.replay.page import animation_page
 from drillrig_pin.report.content import Content, curve_table, filters, span
 from drillrig_pin.report.interactive import BUCKETS, interactive
+from drillrig_pin.scene.options import ReplayOptions
 
 TEMPLATES = "drillrig_pin.report.templates"
 
@@ -34,7 +35,7 @@ def report_page(content: Content, sheets: list[Sheet]) -> str:
         "tables": {sheet.name: curve_table(sheet) for sheet in sheets},
         "buckets": BUCKETS,
         "samples": len(content.trajectory.time),
-        "animation": animation_document(content.trajectory),
+        "animation": animation_page([content.trajectory], ReplayOptions()),
         "data": _script_json(figures),
         "style": _text("report.css"),
         "script": _text("report.js"),
