@@ -9,7 +9,6 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 import urllib.error
 import urllib.request
 from collections.abc import Iterator
@@ -23,7 +22,6 @@ from command import Command
 
 from drillrig_pin import Rig, Scenario, simulate
 
-READY = 3.0  # s
 MEMORY = 600e6  # bytes
 
 
@@ -64,10 +62,8 @@ def peak_memory(process: int) -> float:
     return 1024.0 * float(line.split()[1])
 
 
-def test_it_is_seen_in_a_browser_soon_and_in_little_memory(run: Path) -> None:
-    started = time.perf_counter()
+def test_it_is_seen_in_a_browser_and_takes_little_memory(run: Path) -> None:
     with replaying(run) as (process, document):
-        ready = time.perf_counter() - started
         with chromium() as watched:
             watched.open(document["url"])
             assert any(node.endswith("trace S") for node in watched.nodes())
@@ -83,7 +79,6 @@ def test_it_is_seen_in_a_browser_soon_and_in_little_memory(run: Path) -> None:
             process.send_signal(signal.SIGINT)
             watched.page.wait_for_function("document.getElementById('banner').textContent.includes('stopped')")
         assert process.wait(5) == 0
-    assert ready < READY
     assert memory < MEMORY
 
 

@@ -8,11 +8,9 @@ import queue
 import re
 import shutil
 import signal
-import statistics
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,9 +21,6 @@ from browser import Watched, chromium
 from command import Command, one_sentence
 
 from drillrig_pin.files import shipped_folder
-
-#: From the save to the new machine drawn in the browser, for the default 10 s scenario [s].
-PROMPT = 2.0
 
 
 @dataclass
@@ -50,14 +45,12 @@ class Session:
         aside.write_text(re.sub(before, after, text))
         aside.replace(path)
 
-    def new_picture(self, boom_length: str) -> float:
-        """Save another boom length and wait until it is drawn; how long that took [s]."""
+    def new_picture(self, boom_length: str) -> None:
+        """Save another boom length and wait until it is drawn."""
         page = self.browser.page
         page.evaluate("window.old = replay.words")
-        started = time.perf_counter()
         self.edit("params/mkz49.yaml", r"(?m)^boom_length: \{value: [\d.]+", f"boom_length: {{value: {boom_length}")
         page.wait_for_function("replay.words !== window.old && !replay.viewer.needs_render", polling=20)
-        return time.perf_counter() - started
 
     def shows(self, text: str) -> None:
         """Wait until the page's banner holds a text; an empty one: until it is gone."""
@@ -112,15 +105,6 @@ def test_a_save_is_a_new_picture_with_its_numbers_in_the_same_page(session: Sess
     assert page.evaluate("window.kept") == "not reloaded"
     assert page.evaluate("replay.viewer.animator.time") == pytest.approx(3.0)
     assert page.evaluate("replay.viewer.animator.playing") is False
-
-
-def test_it_takes_two_seconds_at_most_from_the_save_to_the_picture(session: Session) -> None:
-    """The middle one of three, as other tests may be running on the same machine."""
-    waited = []
-    for length in ("2.1", "2.05", "1.94"):
-        waited.append(session.new_picture(length))
-        assert session.next()["completed"]
-    assert statistics.median(waited) < PROMPT, waited
 
 
 def test_an_error_is_shown_with_file_and_line_over_the_last_good_machine(session: Session) -> None:

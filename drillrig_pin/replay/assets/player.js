@@ -17,12 +17,13 @@ viewer.set_property(["Background"], "bottom_color", [0.72, 0.76, 0.80]);
 let words = null;
 let chosenView = null;
 let traces = [];
+let held = false;  // stands still while the next version is made
 let lastSpeed = null;
 let lastState = "";
 
 function show(newWords, buffer) {
   const first = words === null;
-  const state = first ? null : {time: viewer.animator.time, playing: viewer.animator.playing, speed: mixer().timeScale};
+  const state = first ? null : {time: viewer.animator.time, playing: viewer.animator.playing || held, speed: mixer().timeScale};
   const [motion, ...commands] = blocksOf(buffer);
   if (!first) for (const root of words.roots) viewer.delete_path([root]);
   words = newWords;
@@ -36,6 +37,7 @@ function show(newWords, buffer) {
     viewer.animator.seek(Math.min(state.time, span));
     viewer.animator.display_progress(Math.min(state.time, span));
     if (!state.playing) viewer.animator.pause();
+    held = false;
   }
   by("slider").max = span;
   write();
@@ -249,11 +251,22 @@ function say(text, mild) {
   by("banner").classList.toggle("mild", Boolean(mild));
 }
 
+// Without a graphics card the picture takes the processor from the simulation one waits for.
+function hold(still) {
+  if (still && viewer.animator.playing) {
+    held = true;
+    viewer.animator.pause();
+  } else if (!still && held) {
+    held = false;
+    viewer.animator.play();
+  }
+}
+
 function follow_server() {
   const events = new EventSource("events");
   events.addEventListener("scene", async () => { show(...await fetched()); say(""); });
-  events.addEventListener("trouble", (event) => say(JSON.parse(event.data)));
-  events.addEventListener("busy", (event) => say(JSON.parse(event.data), true));
+  events.addEventListener("trouble", (event) => { say(JSON.parse(event.data)); hold(false); });
+  events.addEventListener("busy", (event) => { say(JSON.parse(event.data), true); hold(true); });
   events.onerror = () => say("The server has stopped: what is loaded still plays.", true);
 }
 
