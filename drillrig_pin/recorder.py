@@ -72,12 +72,18 @@ class Recorder:
         """All samples recorded so far."""
         dynamics, n = self.dynamics, self.count
         rig, forces, index = dynamics.rig, dynamics.forces, dynamics.space.index
-        x, F = self._x[:n, index], self._F[:n, index]
+        x, F = self._x[:n], self._F[:n]
         cylinders = [i for i, e in enumerate(forces) if isinstance(e, Cylinder)]
         loads = [i for i, e in enumerate(forces) if e.load]
         others = [i for i, e in enumerate(forces) if i not in cylinders and not e.load]
-        pressures = [_pressures(dynamics.laws[i], x[:, i]) for i in cylinders]
-        elastic = sum((_energy(dynamics.laws[i], x[:, i]) for i in [*cylinders, *others]), np.zeros(n))
+        pressure_a, pressure_b = np.zeros((2, n, len(cylinders)))
+        elastic = np.zeros(n)
+        for group in dynamics.groups:
+            if isinstance(group.law, LockedOil):
+                columns = [cylinders.index(i) for i in group.members]
+                pressure_a[:, columns], pressure_b[:, columns] = group.law.pressures(x[:, group.where])
+            if not group.load:
+                elastic += _energy(group.law, x[:, group.where])
         points = self._points[:n]
         arrays = {
             "q": self._q[:n],
@@ -86,15 +92,15 @@ class Recorder:
             "reaction": self._reaction[:n],
             "constraint_error": self._f[:n],
             "constraint_rate": self._f_dot[:n],
-            "cylinder_length": x[:, cylinders],
-            "cylinder_force": F[:, cylinders],
-            "pressure_a": np.array([p[0] for p in pressures]).reshape(len(cylinders), n).T,
-            "pressure_b": np.array([p[1] for p in pressures]).reshape(len(cylinders), n).T,
-            "element_coordinate": x[:, others],
-            "element_force": F[:, others],
+            "cylinder_length": x[:, index[cylinders]],
+            "cylinder_force": F[:, index[cylinders]],
+            "pressure_a": pressure_a,
+            "pressure_b": pressure_b,
+            "element_coordinate": x[:, index[others]],
+            "element_force": F[:, index[others]],
             "point_position": points,
             "point_displacement": points - points[:1],
-            "load_value": F[:, loads],
+            "load_value": F[:, index[loads]],
             "energy_kinetic": self._energy[:n, 0],
             "energy_potential": self._energy[:n, 1],
             "energy_elastic": elastic - elastic[:1],
@@ -117,15 +123,11 @@ class Recorder:
         return Trajectory(self._time[:n], arrays, labels, outcome, scenario, *origin)
 
 
-def _pressures(law: Law, x: Array) -> tuple[Array, Array]:
-    assert isinstance(law, LockedOil)
-    return law.pressures(x)
-
-
 def _energy(law: Law, x: Array) -> Array:
+    """Energy stored in a group of elements with coordinates x (n, members), (n)."""
     if law.stackable:
-        return law.energy(x)
-    return np.array([float(np.ravel(law.energy(x[i : i + 1]))[0]) for i in range(len(x))])
+        return np.asarray(law.energy(x).sum(axis=1))
+    return np.array([float(np.ravel(law.energy(row))[0]) for row in x])
 
 
 def _notes(equilibrium: Equilibrium) -> list[str]:
