@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 from collections.abc import Iterator
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import pytest
+from browser import chromium
 from PIL import Image
 from test_ur5 import EXTENSION, POSE, ur5_text
 
@@ -20,25 +19,14 @@ from drillrig_pin.figures.subject import subject_of
 from drillrig_pin.report.content import gather
 from drillrig_pin.report.page import report_page
 
-#: A browser that draws WebGL in software, on a machine without graphics.
-SOFTWARE = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 WAIT = 60_000
 
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
     """Headless Chromium; a machine without one skips these tests, the pipeline may not."""
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
-    if chromium is None:
-        if os.environ.get("CI"):
-            pytest.fail("the pipeline has no Chromium: install the package chromium")
-        pytest.skip("no chromium on this machine")
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
-        started = playwright.chromium.launch(executable_path=chromium, args=SOFTWARE)
-        yield started
-        started.close()
+    with chromium() as watched:
+        yield watched.page.context.browser
 
 
 def written(run: Any, path: Path, *limits: str) -> Path:
