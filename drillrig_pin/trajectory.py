@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from dataclasses import dataclass, field
+from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -58,6 +59,12 @@ VARIABLES: dict[str, Variable] = {
 DIMENSIONS = ("joint", "dof", "constraint", "cylinder", "element", "point", "load")
 
 
+@lru_cache(maxsize=1)
+def versions() -> dict[str, str]:
+    """Versions of what decides the numbers, looked up once: reading them takes longer than a short run."""
+    return {name: version(name) for name in ("drillrig-pin", "pin", "numpy", "scipy")}
+
+
 @dataclass(frozen=True)
 class Trajectory:
     """One run.
@@ -89,7 +96,7 @@ class Trajectory:
     added: tuple[str, ...] = ()
     engine: str = "python"
     method: str = ""
-    made_with: dict[str, str] = field(default_factory=lambda: versions(), repr=False)
+    made_with: dict[str, str] = field(default_factory=lambda: dict(versions()), repr=False)
 
     def __getattr__(self, name: str) -> Array:
         arrays: dict[str, Array] = self.__dict__.get("arrays", {})
@@ -219,11 +226,6 @@ def load_trajectory(path: str | Path) -> Trajectory:
         )
     except Exception as error:
         raise damaged(path, error) from None
-
-
-def versions() -> dict[str, str]:
-    """Versions of what decides the numbers."""
-    return {name: version(name) for name in ("drillrig-pin", "pin", "numpy", "scipy")}
 
 
 def content_hash(
