@@ -28,6 +28,14 @@ def shipped_scenarios() -> dict[str, Path]:
     return {path.stem: path for path in sorted((shipped_folder() / "scenarios").glob("*.yaml"))}
 
 
+def shipped_studies() -> dict[str, Path]:
+    """Shipped studies by name, e.g. ``nine_holes``: inside an installed package, or under scripts in a checkout."""
+    package = Path(__file__).resolve().parent
+    inside = package / "studies"
+    folder = inside if inside.is_dir() else package.parent / "scripts" / "studies"
+    return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
+
+
 @contextlib.contextmanager
 def write_aside(target: Path) -> Iterator[Path]:
     """Give a temporary path beside ``target``; rename it onto ``target`` if the block succeeds, else remove it."""

@@ -212,6 +212,8 @@ def test_plot_beside_a_measurement(drillrig: Command) -> None:
         "compare",
         "replay",
         "watch",
+        "sweep",
+        "holes",
         "models",
         "scenarios",
     ],

@@ -46,12 +46,12 @@ class Design:
     feed: tuple[str, str] | None
 
 
-def design_of(trajectory: Trajectory) -> Design:
-    """Read the model text that the run carries.
+def design_of(trajectory: Trajectory, file: ModelFile | None = None) -> Design:
+    """Read the model text that the run carries, or take it as it was read already.
 
     Elements that cannot be read any more (a plugin that is not installed here) are left out.
     """
-    file = read_model_text(trajectory.model)
+    file = file or read_model_text(trajectory.model)
     kinds = {joint.attributes.get("name", ""): joint.attributes.get("type", "") for joint in file.root.named("joint")}
     cylinders, contacts, loads = _built_in(file)
     acting = [load for load in loads if load.name in trajectory.labels["load"]]

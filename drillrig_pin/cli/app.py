@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from drillrig_pin.cli import compare, models, results, run, show, sound, watch
+from drillrig_pin.cli import compare, models, results, run, show, sound, sweep, watch
 
 EPILOG = (
     "Exit codes: 0 done; 1 something given cannot be used, or check found an error; 2 wrong usage; "
@@ -54,6 +54,8 @@ for command in (
     compare.compare,
     show.replay,
     watch.watch,
+    sweep.sweep,
+    sweep.holes,
     results.export,
     models.params,
     models.expand,

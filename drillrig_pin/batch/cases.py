@@ -1,0 +1,133 @@
+"""From a study to its cases: every combination of its axes, each with the hash of what decides its numbers."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from drillrig_pin.batch.holes import Aim, Hole
+from drillrig_pin.batch.study import MAX_CASES, Study, field_change, require_names
+from drillrig_pin.errors import ScenarioError
+from drillrig_pin.model.modelfile import find_model
+from drillrig_pin.scenario import Scenario
+from drillrig_pin.trajectory import versions
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """One case, small enough to be sent in great numbers.
+
+    Attributes:
+        key: SHA-256 of what decides its numbers.
+        changes: fields of the base scenario that it has otherwise, by dotted name.
+        hole: the hole it drills; None for the pose of the scenario.
+    """
+
+    key: str
+    changes: dict[str, Any]
+    hole: Hole | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One row of the table: its number, what is varied in it, and the question asked."""
+
+    index: int
+    inputs: dict[str, Any]
+    question: Question
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A study unfolded.
+
+    Attributes:
+        study: the study.
+        base: scenario the cases start from.
+        fingerprint: of the model files of all models in the study, by model name.
+        cases: in the order of the table.
+    """
+
+    study: Study
+    base: Scenario
+    fingerprint: dict[str, str]
+    cases: list[Case] = field(repr=False)
+
+    @property
+    def aim(self) -> Aim | None:
+        """How the machine is aimed at the holes."""
+        return self.study.holes
+
+
+def unfold(study: Study) -> Plan:
+    """All cases of a study.
+
+    Raises:
+        ScenarioError, ModelError: the study does not fit its model; two models cannot be read; too many cases.
+    """
+    require_names(study)
+    base, holes = study.base, study.holes
+    points = [list(axis.points()) for axis in study.axes]
+    count = 1
+    for column in points:
+        count *= len(column)
+    if count > MAX_CASES:
+        raise ScenarioError(f"the study has {count} cases, more than {MAX_CASES}", where=study.name)
+    fixed = {
+        "base": base.model_dump(mode="json", exclude={"name", "text"}),
+        "versions": versions(),
+        "metrics": study.all_metrics(),
+    }
+    start = hashlib.sha256(json.dumps(fixed, sort_keys=True).encode())
+    aim = json.dumps(_aiming(study), sort_keys=True) if holes else ""
+    fingerprint: dict[str, str] = {}
+    cases = []
+    for index, combination in enumerate(itertools.product(*points)):
+        inputs = {name: value for point in combination for name, value in point.items()}
+        hole = holes.places[inputs["hole"]] if holes and "hole" in inputs else None
+        changes = dict(field_change(name, value) for name, value in inputs.items() if name != "hole")
+        model = str(changes.get("model", base.model))
+        if model not in fingerprint:
+            fingerprint[model] = model_fingerprint(model)
+        content = start.copy()
+        content.update(json.dumps([changes, fingerprint[model]], sort_keys=True).encode())
+        if hole is not None:
+            content.update((aim + hole.model_dump_json(exclude={"source"})).encode())
+        cases.append(Case(index, inputs, Question(content.hexdigest(), changes, hole)))
+    return Plan(study, base, fingerprint, cases)
+
+
+def _aiming(study: Study) -> Mapping[str, Any]:
+    assert study.holes is not None
+    return study.holes.model_dump(mode="json", exclude={"places"})
+
+
+def model_fingerprint(model: str) -> str:
+    """SHA-256 over a model file, the xacro and CSV files beside it, and those with YAML in the folders beside it.
+
+    Which of them an expansion reads depends on its arguments; taking all of them asks no expansion of any case. A
+    change that does not matter costs a run again. Files elsewhere that a model may include are not seen.
+    """
+    path = find_model(model)
+    digest = hashlib.sha256(path.read_bytes())
+    if path.suffix == ".xacro":
+        for near in sorted(_readable(path.parent)):
+            if near != path:
+                digest.update(str(near.relative_to(path.parent)).encode() + b"\0")
+                digest.update(near.read_bytes())
+    return digest.hexdigest()
+
+
+def _readable(folder: Path) -> set[Path]:
+    """Xacro files, and data in folders below: files beside the model may be studies and results."""
+    found = set(folder.glob("*.xacro")) | set(folder.glob("*.csv"))
+    for inner in folder.iterdir():
+        if inner.is_dir() and not inner.name.startswith("."):
+            for suffix in ("xacro", "yaml", "yml", "csv"):
+                found |= set(inner.glob(f"*.{suffix}"))
+    return found

@@ -1,0 +1,90 @@
+"""What a study asks of every run: only the sections that hold an asked metric are computed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from fnmatch import fnmatchcase
+
+from drillrig_pin.analysis.design import Design, design_of
+from drillrig_pin.analysis.fatigue import cylinder_rainflow
+from drillrig_pin.analysis.forces import cylinder_ranges, reaction_ranges
+from drillrig_pin.analysis.hole_quality import hole_quality
+from drillrig_pin.analysis.metrics import Metrics, point_frequencies
+from drillrig_pin.analysis.motion import after, joint_ranges, point_motion, start_up, survey_point
+from drillrig_pin.analysis.quantities import Quantity, quantities
+from drillrig_pin.analysis.trust import trust
+from drillrig_pin.model.modelfile import ModelFile
+from drillrig_pin.trajectory import Trajectory
+
+#: The last word of a metric's name tells the section of the analysis it comes from.
+SECTIONS = {
+    "worst": "hole",
+    "static": "hole",
+    "peak_to_peak": "motion",
+    "rms": "motion",
+    "p_max": "cylinders",
+    "p_min": "cylinders",
+    "force_range": "cylinders",
+    "tension": "reactions",
+    "greatest": "reactions",
+    "equivalent": "cycles",
+    "range": "joints",
+    "strongest": "frequencies",
+    "slow": "frequencies",
+    "fast": "frequencies",
+    "error": "trust",
+    "energy": "trust",
+    "steps": "trust",
+}
+#: Differs from run to run of the same case; the table has a column of its own for it.
+LEFT_OUT = frozenset({"cost.wall_time"})
+
+
+def sections(patterns: Iterable[str]) -> frozenset[str]:
+    """Sections that hold a metric one of the patterns may mean."""
+    last = [pattern.rpartition(".")[2] for pattern in patterns]
+    return frozenset(section for word, section in SECTIONS.items() if any(fnmatchcase(word, item) for item in last))
+
+
+def require_known(patterns: Iterable[str]) -> None:
+    """ValueError for a name or pattern that no metric can have."""
+    for pattern in patterns:
+        if not sections([pattern]):
+            raise ValueError(f"no metric ends like {pattern!r}; metrics end in {', '.join(SECTIONS)}")
+
+
+def measured(trajectory: Trajectory, patterns: Sequence[str], file: ModelFile | None = None) -> dict[str, Quantity]:
+    """Metrics of a run that the patterns ask for, in the order of the patterns.
+
+    Args:
+        trajectory: the run, of at least two samples.
+        patterns: names such as ``S.z.rms``, or patterns such as ``*.p_max``.
+        file: its model file, to save reading it again.
+    """
+    needed = sections(patterns)
+    design = design_of(trajectory, file)
+    steady = after(trajectory, start_up(trajectory, design))
+    found = quantities(
+        _metrics(trajectory, design, steady, needed),
+        hole_quality(trajectory, design, steady) if "hole" in needed else None,
+        cylinder_rainflow(trajectory, steady) if "cycles" in needed else (),
+    )
+    return {
+        key: found[key] for pattern in patterns for key in found if fnmatchcase(key, pattern) and key not in LEFT_OUT
+    }
+
+
+def _metrics(trajectory: Trajectory, design: Design, steady: slice, needed: frozenset[str]) -> Metrics:
+    point = survey_point(trajectory)
+    contact = next(iter(design.contacts.values()), None)
+    return Metrics(
+        start_up=0.0,
+        survey=point_motion(trajectory, point, steady, contact) if point and "motion" in needed else None,
+        joints=joint_ranges(trajectory, design, steady) if "joints" in needed else (),
+        frequencies=point_frequencies(trajectory, point, steady) if point and "frequencies" in needed else None,
+        hole=None,
+        cylinders=cylinder_ranges(trajectory, design) if "cylinders" in needed else (),
+        reactions=reaction_ranges(trajectory, design, steady) if "reactions" in needed else (),
+        trust=trust(trajectory),
+        warnings=(),
+    )

@@ -1,0 +1,193 @@
+"""Where work goes: processes of this machine, or a Dask cluster. Both answer with futures."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+from collections.abc import Callable
+from concurrent.futures import Future
+from typing import Any, Protocol
+
+from drillrig_pin.errors import DrillrigError
+
+#: Environment of the workers. No library starts threads of its own: the cores are taken already. glibc keeps the memory
+#: of one run's arrays for the next one: asking the system for zeroed pages again costs 2 % of the time.
+ENVIRONMENT = {
+    "OMP_NUM_THREADS": "1",
+    "OPENBLAS_NUM_THREADS": "1",
+    "MKL_NUM_THREADS": "1",
+    "MALLOC_MMAP_THRESHOLD_": str(32 << 20),
+    "MALLOC_TRIM_THRESHOLD_": str(512 << 20),
+}
+
+
+class BatchError(DrillrigError):
+    """The study cannot go on; what is recorded is safe."""
+
+
+class TimeOutError(Exception):
+    """A task was stopped because it took too long."""
+
+
+class DiedError(Exception):
+    """The process that worked on a task ended."""
+
+
+class Pool(Protocol):
+    """Something that works on tasks side by side."""
+
+    @property
+    def workers(self) -> int:
+        """How many tasks are worked on at once."""
+
+    @property
+    def local(self) -> bool:
+        """Whether the workers see the files of this machine."""
+
+    def submit(self, timeout: float | None, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        """Start a task; the future fails with :class:`TimeOutError` or :class:`DiedError`, see :func:`cause_of`."""
+
+    def require_alive(self) -> None:
+        """Raise :class:`BatchError` if no task will ever be answered."""
+
+    def close(self) -> None:
+        """Stop at once, whatever is under way."""
+
+
+class LocalPool:
+    """Worker processes of this machine, kept alive by Pebble: one that dies is replaced, one that hangs is killed."""
+
+    local = True
+
+    def __init__(self, workers: int | None = None) -> None:
+        self.workers = workers or len(os.sched_getaffinity(0))
+        self._environment = {name: os.environ.get(name) for name in ENVIRONMENT}
+        os.environ.update(ENVIRONMENT)
+        self._pool = self._made()
+
+    def _made(self) -> Any:
+        import pebble
+
+        # Forking this process would copy its threads in mid-flight. A server that has none imports everything once and
+        # forks the workers, also those that replace a dead one.
+        context = multiprocessing.get_context("forkserver")
+        context.set_forkserver_preload(["drillrig_pin.batch.worker"])
+        return pebble.ProcessPool(self.workers, context=context)
+
+    def submit(self, timeout: float | None, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        """See :class:`Pool`. A pool all of whose idle workers were killed is made anew."""
+        # Workers inherit that they ignore Ctrl-C, which otherwise reaches them before they can say so themselves.
+        before = signal.signal(signal.SIGINT, signal.SIG_IGN) if _in_main_thread() else None
+        try:
+            return self._schedule(timeout, function, arguments)
+        finally:
+            if before is not None:
+                signal.signal(signal.SIGINT, before)
+
+    def _schedule(self, timeout: float | None, function: Callable[..., Any], arguments: Any) -> Future[Any]:
+        try:
+            future: Future[Any] = self._pool.schedule(function, args=arguments, timeout=timeout)
+        except RuntimeError:
+            self._end()
+            self._pool = self._made()
+            future = self._pool.schedule(function, args=arguments, timeout=timeout)
+        return future
+
+    def require_alive(self) -> None:
+        """Workers of this machine are replaced when they end."""
+
+    def close(self) -> None:
+        """Kill the workers."""
+        self._end()
+        for name, value in self._environment.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+    def _end(self) -> None:
+        self._pool.stop()
+        self._pool.join()
+
+
+def _in_main_thread() -> bool:
+    import threading
+
+    return threading.current_thread() is threading.main_thread()
+
+
+class ClusterPool:
+    """Workers of a Dask cluster. They need the same version of this package, and model files at the same paths.
+
+    Raises:
+        BatchError: no scheduler answers, or it has no workers.
+    """
+
+    local = False
+    PATIENCE = 30
+
+    def __init__(self, address: str) -> None:
+        import logging
+
+        import distributed
+
+        # What it would tell of a lost connection, at length, is said in one sentence here.
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)
+        self.address = address
+        try:
+            make: Any = distributed.Client
+            self._client: Any = make(address, timeout=5, set_as_default=False)
+        except (OSError, TimeoutError, ValueError) as error:
+            raise BatchError(
+                f"no scheduler answers ({' '.join(str(error).split())[:120]})",
+                where=address,
+                todo="Start one with: dask scheduler",
+            ) from None
+        try:
+            self._client.wait_for_workers(1, timeout=self.PATIENCE)
+        except TimeoutError:
+            self._client.close()
+            raise BatchError(
+                "the scheduler has no workers", where=address, todo=f"Start some with: dask worker {address}"
+            ) from None
+
+    @property
+    def workers(self) -> int:
+        """Threads of all workers there are now."""
+        try:
+            threads: dict[str, int] = self._client.nthreads()
+        except OSError:
+            return 1
+        return max(1, sum(threads.values()))
+
+    def submit(self, timeout: float | None, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        """See :class:`Pool`. A task of a cluster cannot be killed from here: the worker itself watches the time."""
+        task: Future[Any] = self._client.submit(function, *arguments, pure=False)
+        return task
+
+    def require_alive(self) -> None:
+        """BatchError once the scheduler is gone."""
+        if self._client.status != "running":
+            raise BatchError(
+                "the scheduler went away",
+                where=self.address,
+                todo="Everything recorded is safe; with a scheduler again, the same command goes on from there.",
+            )
+
+    def close(self) -> None:
+        """Give up what is under way."""
+        self._client.close(timeout=2)
+
+
+def cause_of(future: Any) -> BaseException | None:
+    """Why a task has no result, in the words of this module; None if it has one."""
+    if future.cancelled():
+        return DiedError("cancelled")
+    error: BaseException | None = future.exception()
+    if isinstance(error, TimeoutError):
+        return TimeOutError(str(error))
+    if error is not None and type(error).__name__ in ("ProcessExpired", "BrokenProcessPool", "KilledWorker"):
+        code = getattr(error, "exitcode", None)
+        return DiedError(f"exit code {code}" if code is not None else str(error))
+    return error

@@ -1,0 +1,192 @@
+"""The folder of a study: a journal in which every case is recorded once, and the table made of it."""
+
+from __future__ import annotations
+
+import dataclasses
+import fcntl
+import json
+import math
+import os
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from drillrig_pin.batch.cases import Case, Plan
+from drillrig_pin.batch.worker import TRIED_AGAIN, Answer
+from drillrig_pin.errors import ResultFileError
+from drillrig_pin.files import write_aside
+from drillrig_pin.trajectory import versions
+
+if TYPE_CHECKING:
+    import pyarrow
+
+JOURNAL = "journal"
+TRAJECTORIES = "trajectories"
+TABLE = "results.parquet"
+FORMAT = "drillrig study 1"
+
+
+class Store:
+    """A folder that one command at a time may write.
+
+    Every group of answers becomes one file of the journal, written aside and renamed, so that it is there as a whole or
+    not at all. The table is made of the journal and can be made again at any time.
+
+    Raises:
+        ResultFileError: the folder cannot be used, or another command works in it.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.journal = folder / JOURNAL
+        try:
+            self.journal.mkdir(parents=True, exist_ok=True)
+            self._lock = (folder / ".lock").open("w")
+        except OSError as error:
+            raise ResultFileError(
+                f"the folder cannot be made ({error.strerror})", where=folder, todo="Choose another place with -o."
+            ) from None
+        try:
+            # The lock goes with the process, however it ends.
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            self._lock.close()
+            raise ResultFileError(
+                "another command is working in this folder",
+                where=folder,
+                todo="Wait for it, or give another with -o.",
+            ) from None
+        for left in self.journal.glob(".*.jsonl.*"):
+            left.unlink(missing_ok=True)
+        self.done: set[str] = {answer.key for answer in self.settled()}
+        self._files = len(list(self.journal.glob("*.jsonl")))
+
+    def prepare_table(self) -> None:
+        """Load what writes the table, while others compute."""
+        import pyarrow.parquet  # noqa: F401
+
+    def close(self) -> None:
+        """Let others in."""
+        self._lock.close()
+
+    def record(self, answers: Iterable[Answer]) -> list[Answer]:
+        """Record answers that are not there yet, all or none of them; gives those.
+
+        Raises:
+            ResultFileError: the disk is full, or the folder went away.
+        """
+        new = {answer.key: answer for answer in answers if answer.key not in self.done}
+        if not new:
+            return []
+        self._files += 1
+        target = self.journal / f"{self._files:06d}-{next(iter(new))[:8]}.jsonl"
+        try:
+            with write_aside(target) as aside, aside.open("w") as stream:
+                for answer in new.values():
+                    fields = {k: v for k, v in dataclasses.asdict(answer).items() if k != "trajectory"}
+                    stream.write(json.dumps(fields) + "\n")
+                stream.flush()
+                os.fsync(stream.fileno())
+        except OSError as error:
+            raise self._unwritable(target, error) from None
+        self.done |= set(new)
+        return list(new.values())
+
+    def settled(self) -> Iterator[Answer]:
+        """What no later command computes again: all but cases that ran out of time or took their worker with them."""
+        return (answer for answer in self.answers() if answer.status not in TRIED_AGAIN)
+
+    def answers(self) -> Iterator[Answer]:
+        """Everything recorded, of this study and of earlier ones in the folder; of one key the last one counts."""
+        for path in sorted(self.journal.glob("*.jsonl")):
+            try:
+                with path.open() as stream:
+                    for line in stream:
+                        yield Answer(**json.loads(line))
+            except (OSError, ValueError, TypeError) as error:
+                raise ResultFileError(
+                    f"the journal is damaged ({' '.join(str(error).split())[:200]})",
+                    where=path,
+                    todo="Remove this file; its cases will be computed again.",
+                ) from None
+
+    def trajectory_path(self, case: Case) -> Path:
+        """Where the trajectory of a case is kept."""
+        return self.folder / TRAJECTORIES / f"case_{case.index:05d}_{case.question.key[:8]}.nc"
+
+    def write_table(self, plan: Plan) -> Path:
+        """Write the table of all cases of the plan that are recorded, in the order of the plan.
+
+        Raises:
+            ResultFileError: it cannot be written.
+        """
+        import pyarrow.parquet
+
+        wanted = {case.question.key for case in plan.cases}
+        found = {answer.key: answer for answer in self.answers() if answer.key in wanted}
+        table = _table(plan, found)
+        target = self.folder / TABLE
+        try:
+            with write_aside(target) as aside:
+                pyarrow.parquet.write_table(table, aside)
+        except OSError as error:
+            raise self._unwritable(target, error) from None
+        return target
+
+    def _unwritable(self, target: Path, error: OSError) -> ResultFileError:
+        return ResultFileError(
+            f"cannot be written ({error.strerror or error})",
+            where=target,
+            todo=f"{len(self.done)} cases are safe. Make room, then the same command goes on from there.",
+        )
+
+
+def _table(plan: Plan, found: dict[str, Answer]) -> pyarrow.Table:
+    """One row a case: number, inputs, metrics, status, times, hashes; units and study in the metadata."""
+    import pyarrow
+
+    rows = [(case, found[case.question.key]) for case in plan.cases if case.question.key in found]
+    columns: dict[str, list[Any]] = {"case": [case.index for case, _ in rows]}
+    units: dict[str, str] = {}
+    for name in plan.study.names:
+        columns[name] = _even([case.inputs[name] for case, _ in rows])
+    if plan.study.holes is not None:
+        holes = [case.question.hole for case, _ in rows]
+        for i, axis in enumerate("xyz"):
+            columns[f"hole.{axis}"] = [hole.at[i] if hole and hole.at else None for hole in holes]
+            units[f"hole.{axis}"] = "m"
+        columns["hole.assumed"] = [hole is not None and hole.source.startswith("assumed") for hole in holes]
+    for name in _union(answer.found for _, answer in rows):
+        columns[f"position.{name}"] = [answer.found.get(name) for _, answer in rows]
+    for name in _union(answer.metrics for _, answer in rows):
+        values = (answer.metrics.get(name) for _, answer in rows)
+        columns[name] = [value if value is not None and math.isfinite(value) else None for value in values]
+    for _, answer in rows:
+        units |= answer.units
+    for name in ("status", "reason", "solve_time", "wall_time", "content_hash"):
+        columns[name] = [getattr(answer, name) for _, answer in rows]
+    columns["key"] = [answer.key for _, answer in rows]
+    units |= {"solve_time": "s", "wall_time": "s"}
+    about = {
+        "format": FORMAT,
+        "study": plan.study.model_dump_json(),
+        "scenario": plan.base.model_dump_json(),
+        "units": json.dumps(units),
+        "versions": json.dumps(versions()),
+        "cases": str(len(plan.cases)),
+    }
+    return pyarrow.table(columns).replace_schema_metadata(about)
+
+
+def _even(values: list[Any]) -> list[Any]:
+    """Values of one kind: numbers as floats, anything mixed as words."""
+    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
+        return [float(value) for value in values]
+    if all(isinstance(value, str) for value in values) or all(isinstance(value, bool) for value in values):
+        return values
+    return [value if isinstance(value, str) else json.dumps(value) for value in values]
+
+
+def _union(found: Iterable[dict[str, Any]]) -> list[str]:
+    """Names in order of their first appearance."""
+    return list(dict.fromkeys(name for item in found for name in item))

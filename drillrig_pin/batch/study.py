@@ -1,0 +1,221 @@
+"""A study: a model, a base scenario, what is varied and what is measured. The only file that knows its YAML."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+
+from drillrig_pin.batch.axes import KINDS, Axis, Holes, HolesAxis, names_of
+from drillrig_pin.batch.measures import require_known
+from drillrig_pin.batch.yamllines import Lines, read_yaml_lines
+from drillrig_pin.errors import DrillrigError, ModelError, ScenarioError, Source, legal_names, shown
+from drillrig_pin.files import shipped_studies
+from drillrig_pin.model.modelfile import ModelFile, read_model
+from drillrig_pin.scenario import Scenario, load_scenario
+
+#: More cases than this are a slip of the pen.
+MAX_CASES = 10_000_000
+
+DEFAULT_METRICS = ("*.across.rms", "*.rms", "*.p_max", "*.p_min", "hole.*.worst", "*.tension", "trust.*")
+
+
+class StudyError(ScenarioError):
+    """A study is not valid; ``way`` leads to the entry at fault."""
+
+    def __init__(self, what: str, way: tuple[str | int, ...], todo: str = "") -> None:
+        super().__init__(what, where="study", todo=todo)
+        self.way = way
+
+
+class Study(BaseModel):
+    """Many cases of one question.
+
+    Axes multiply: every point of the first with every point of the second, the last one changing fastest.
+
+    Raises (on construction and loading): ScenarioError with the field, from a file also with its line.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, str_max_length=10_000)
+
+    name: str = "study"
+    text: str = Field("", description="what the study is about")
+    model: str | None = Field(None, description="model name or path; none: the scenario's")
+    scenario: str | dict[str, Any] = Field("hole_9", description="base: a shipped scenario, a path, or its fields")
+    set: dict[str, Any] = Field(default_factory=dict, description="what all cases have changed: model.X, scenario.Y")
+    axes: Annotated[list[Axis], Field(description="what is varied")] = []
+    metrics: Annotated[list[str], Field(min_length=1, description="names or patterns of what is measured")] = list(
+        DEFAULT_METRICS
+    )
+    worst: str | None = Field(None, description="metric that tells the worst case; none: the first one")
+
+    def __init__(self, **fields: Any) -> None:
+        try:
+            super().__init__(**fields)
+        except ValidationError as error:
+            raise _study_error(error) from None
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> Self:
+        seen: dict[str, int] = {}
+        for i, axis in enumerate(self.axes):
+            for name in names_of(axis):
+                if name in seen:
+                    raise ValueError(f"axes {seen[name] + 1} and {i + 1} both vary {name}")
+                if name in self.set:
+                    raise ValueError(f"{name} is both varied and set")
+                seen[name] = i
+        return self
+
+    @field_validator("metrics", "worst")
+    @classmethod
+    def _known(cls, given: list[str] | str | None) -> list[str] | str | None:
+        require_known([given] if isinstance(given, str) else given or [])
+        return given
+
+    @property
+    def base(self) -> Scenario:
+        """The scenario every case starts from, with what all cases have changed."""
+        case = load_scenario(self.scenario) if isinstance(self.scenario, str) else Scenario(**self.scenario)
+        changes: dict[str, Any] = {} if self.model is None else {"model": self.model}
+        changes |= dict(field_change(name, value) for name, value in self.set.items())
+        return case.changed(changes) if changes else case
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Everything that is varied, in order."""
+        return tuple(name for axis in self.axes for name in names_of(axis))
+
+    @property
+    def holes(self) -> Holes | None:
+        """The holes drilled, if the study is about holes."""
+        return next((axis.holes for axis in self.axes if isinstance(axis, HolesAxis)), None)
+
+    def changed(self, changes: Mapping[str, Any]) -> Study:
+        """A copy in which all cases have more changed, by ``model.X`` and ``scenario.Y``."""
+        fields = {name: getattr(self, name) for name in type(self).model_fields}
+        return Study(**(fields | {"set": {**self.set, **changes}}))
+
+    def all_metrics(self) -> tuple[str, ...]:
+        """Patterns of what is measured, that of the worst case included."""
+        extra = () if self.worst is None or self.worst in self.metrics else (self.worst,)
+        return (*self.metrics, *extra)
+
+
+def field_change(name: str, value: Any) -> tuple[str, Any]:
+    """``model.X`` and ``scenario.Y`` as the scenario's own field; ScenarioError for anything else."""
+    kind, dot, rest = name.partition(".")
+    if dot and rest and kind == "model":
+        return f"arguments.{rest}", value
+    if dot and rest and kind == "scenario":
+        return rest, value
+    raise ScenarioError(f"{shown(name)} names nothing", todo="Write model.ARGUMENT or scenario.FIELD.")
+
+
+def load_study(path_or_name: str | Path) -> Study:
+    """Read a study from YAML, by path or by the name of a shipped one.
+
+    Raises:
+        ScenarioError: no such study, not YAML, unknown field, value out of range, each with file and line.
+        ModelError: the model cannot be read, or has no argument an axis names.
+    """
+    path = find_study(path_or_name)
+    content, lines = read_yaml_lines(path)
+    content.setdefault("name", path.stem)
+    _resolve_beside(content, path)
+    try:
+        study = Study(**content)
+    except StudyError as error:
+        raise ScenarioError(error.what, where=lines.at(error.way), todo=error.todo) from None
+    require_names(study, lines)
+    return study
+
+
+def find_study(path_or_name: str | Path) -> Path:
+    """The file a study's name or path stands for."""
+    path = Path(path_or_name)
+    if path.suffix in (".yaml", ".yml") or path.parent != Path():
+        return path
+    shipped = shipped_studies()
+    if path.name in shipped:
+        return shipped[path.name]
+    advice = legal_names(path.name, shipped, "studies") + " One of your own is given by its path."
+    raise ScenarioError(f"no study named {path.name!r}", todo=advice)
+
+
+def require_names(study: Study, lines: Lines | None = None) -> ModelFile:
+    """Make sure that base, axes and ``set`` fit the model; gives the model of the base scenario.
+
+    Raises:
+        ScenarioError, ModelError: with the line of what does not fit.
+    """
+
+    def at(*way: Any) -> Source | None:
+        return lines.at(way) if lines else None
+
+    with_line: Mapping[str, Any] = study.set
+    for name, value in with_line.items():
+        _try(lambda name=name, value=value: field_change(name, value), at("set", name))
+    base: Scenario = _try(lambda: study.base, at("scenario"))
+    try:
+        file = read_model(base.model, {})
+    except ModelError as error:
+        raise ModelError(error.what, where=error.where or at("model"), todo=error.todo) from None
+    known = file.declared
+    for name in base.arguments:
+        _require_argument(name, known, at("set", f"model.{name}"))
+    for i, axis in enumerate(study.axes):
+        kind = next(kind for kind, cls in KINDS.items() if isinstance(axis, cls))
+        for name, value in next(iter(axis.points())).items():
+            if name == "hole":
+                continue
+            where = at("axes", i, "name") if kind in ("list", "range") else at("axes", i, kind, "bounds", name)
+            field, value = _try(lambda name=name, value=value: field_change(name, value), where)
+            if field.startswith("arguments."):
+                # Another model of the study may have other arguments; each case is checked as it is run.
+                if "scenario.model" not in study.names:
+                    _require_argument(field.removeprefix("arguments."), known, where)
+            else:
+                _try(lambda field=field, value=value: base.changed({field: value}), where)
+    return file
+
+
+def _require_argument(name: str, known: frozenset[str], where: Source | None) -> None:
+    if name not in known:
+        raise ModelError(f"the model has no argument {name!r}", where=where, todo=legal_names(name, known, "arguments"))
+
+
+def _try(make: Any, where: Source | None) -> Any:
+    try:
+        return make()
+    except DrillrigError as error:
+        raise type(error)(error.what, where=where or error.where, todo=error.todo) from None
+
+
+def _resolve_beside(content: dict[str, Any], path: Path) -> None:
+    """Files that a study names by a relative path are looked for beside the study first."""
+    for field in ("model", "scenario"):
+        given = content.get(field)
+        if isinstance(given, str):
+            near = path.parent / given
+            if near.is_file() and near.suffix in (".xacro", ".urdf", ".yaml", ".yml"):
+                content[field] = str(near)
+
+
+def _study_error(error: ValidationError) -> StudyError:
+    first = error.errors(include_url=False)[0]
+    # Names of variants that pydantic puts between are no words of the study.
+    way = tuple(part for part in first["loc"] if not str(part).startswith(("list[", "function", "constrained")))
+    place = ".".join(str(part + 1 if isinstance(part, int) else part) for part in way)
+    message = first["msg"].removeprefix("Value error, ").removeprefix("Input ")
+    todo = ""
+    if first["type"] == "extra_forbidden":
+        what = f"there is no field {place!r}"
+        todo = legal_names(str(way[-1]), Study.model_fields, "fields") if len(way) == 1 else ""
+    elif first["type"] in ("value_error", "axis", "missing"):
+        what = f"{place}: {message}" if place else message
+    else:
+        what = f"{place} = {shown(first.get('input'))} {message}"
+    return StudyError(what, way, todo)

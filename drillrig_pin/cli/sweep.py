@@ -1,0 +1,205 @@
+"""Many cases at once: carry out a study, or look at the holes a machine can drill."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from drillrig_pin.cli.case import Json, ModelSettings, model_arguments
+from drillrig_pin.cli.files import require_folder
+from drillrig_pin.cli.guard import FAILED, INTERRUPTED
+from drillrig_pin.cli.output import console, print_json
+
+if TYPE_CHECKING:
+    from drillrig_pin.batch.runner import Finished
+    from drillrig_pin.batch.study import Study
+
+StudyName = Annotated[
+    str, typer.Argument(metavar="STUDY", help="Path of a study (.yaml), or name of a shipped one.", show_default=False)
+]
+Folder = Annotated[
+    Path, typer.Option("--output", "-o", metavar="DIR", help="Folder of the results; made if it is not there.")
+]
+Workers = Annotated[
+    int | None,
+    typer.Option(
+        "--workers",
+        metavar="N",
+        min=1,
+        max=1024,
+        help="Processes on this machine. Default: one a core.",
+        show_default=False,
+    ),
+]
+Scheduler = Annotated[
+    str | None,
+    typer.Option("--scheduler", metavar="ADDRESS", help="Run on a Dask cluster instead, e.g. tcp://host:8786."),
+]
+Keep = Annotated[str, typer.Option("--keep", metavar="WHICH", help="Trajectories to keep: all, worst:10 or none.")]
+TimeLimit = Annotated[
+    float,
+    typer.Option("--time-limit", metavar="S", min=0.01, help="Seconds a case may take; then it becomes a failed row."),
+]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no tables.")]
+
+
+def sweep(
+    study: StudyName,
+    output: Folder,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    keep: Keep = "none",
+    time_limit: TimeLimit = 600.0,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Run every case of a study and collect one table, a row per case.
+
+    The folder remembers what is done: after Ctrl-C, a crash or a power cut the same command goes on where it stopped.
+    A case that fails becomes a row that says why.
+
+    Shipped studies: nine_holes, percussion_frequency, lift_cylinder_pin, oil_and_rock.
+
+    Example:  [bold]drillrig sweep percussion_frequency -o resonance[/]
+
+    Example:  [bold]drillrig sweep my_study.yaml -o results --workers 8 --keep worst:10[/]
+    """
+    from drillrig_pin.batch.study import load_study
+
+    finished = _carried_out(load_study(study), output, workers, scheduler, keep, time_limit, quiet=quiet or json)
+    if json:
+        print_json(_document(finished))
+    elif not quiet:
+        from drillrig_pin.cli.sweep_words import print_end
+
+        print_end(console(), finished, f"drillrig sweep {study} -o {output}")
+    _leave(finished)
+
+
+def holes(
+    study: Annotated[
+        str, typer.Argument(metavar="STUDY", help="Study with holes: path of a .yaml, or name of a shipped one.")
+    ] = "nine_holes",
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="DIR", help="Drill them too, results into this folder.")
+    ] = None,
+    settings: ModelSettings = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    keep: Keep = "none",
+    time_limit: TimeLimit = 600.0,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Show the pose that drills each hole of the face; with -o also how the machine shakes there.
+
+    The feed stands along the drilling direction, joints and cylinders stay within their limits. A hole out of reach is
+    listed with the limit it hits.
+
+    Example:  [bold]drillrig holes[/]
+
+    Example:  [bold]drillrig holes --set model.boom_length=2.1 -o holes_longer[/]
+    """
+    from drillrig_pin.batch.study import load_study
+    from drillrig_pin.errors import ScenarioError
+
+    arguments = {f"model.{name}": value for name, value in model_arguments(settings).items()}
+    chosen = load_study(study)
+    if chosen.holes is None:
+        raise ScenarioError("the study has no holes", where=study, todo="Give one with a holes axis, e.g. nine_holes.")
+    if arguments:
+        chosen = chosen.changed(arguments)
+    if output is None:
+        _show_poses(chosen, json=json, quiet=quiet)
+        return
+    finished = _carried_out(chosen, output, workers, scheduler, keep, time_limit, quiet=quiet or json)
+    if json:
+        print_json(_document(finished))
+    elif not quiet:
+        from drillrig_pin.cli.sweep_words import print_end, print_holes
+
+        print_holes(console(), chosen, finished)
+        changed = "".join(f" --set {setting}" for setting in settings or ())
+        print_end(console(), finished, f"drillrig holes {study}{changed} -o {output}")
+    _leave(finished)
+
+
+def _carried_out(
+    study: Study,
+    output: Path,
+    workers: int | None,
+    scheduler: str | None,
+    keep: str,
+    time_limit: float,
+    *,
+    quiet: bool,
+) -> Finished:
+    from drillrig_pin.batch.runner import parse_keep, run_study
+    from drillrig_pin.cli.sweep_words import progress
+
+    parse_keep(keep)
+    require_folder(output)
+    with progress(shown=not quiet and sys.stderr.isatty()) as listener:
+        return run_study(
+            study,
+            output,
+            workers=workers,
+            scheduler=scheduler,
+            keep=keep,
+            time_limit=time_limit,
+            listener=listener,
+        )
+
+
+def _show_poses(study: Study, *, json: bool, quiet: bool) -> None:
+    from drillrig_pin.batch.holes import UnreachableError, aim_at
+    from drillrig_pin.cli.case import read_rig
+
+    assert study.holes is not None
+    rig = read_rig(study.base)
+    found: dict[str, Any] = {}
+    for name, hole in study.holes.places.items():
+        try:
+            found[name] = aim_at(rig, hole, study.holes)
+        except UnreachableError as error:
+            found[name] = error
+    if json:
+        unreachable = {name: str(item) for name, item in found.items() if isinstance(item, UnreachableError)}
+        reached = {name: item for name, item in found.items() if name not in unreachable}
+        print_json({"units": "SI, radians", "poses": reached, "unreachable": unreachable})
+    elif not quiet:
+        from drillrig_pin.cli.sweep_words import print_poses
+
+        print_poses(console(), study, rig, found)
+
+
+def _document(finished: Finished) -> dict[str, Any]:
+    tally = finished.tally
+
+    def told(extreme: Any) -> dict[str, Any] | None:
+        return None if extreme is None else {"case": extreme[0].index, **extreme[0].inputs, tally.metric: extreme[1]}
+
+    return {
+        "table": str(finished.table),
+        "cases": tally.total,
+        "recorded": tally.done,
+        "recorded_before": tally.before,
+        "interrupted": finished.interrupted,
+        "statuses": dict(sorted(tally.statuses.items())),
+        "metric": tally.metric,
+        "unit": tally.unit,
+        "best": told(tally.best),
+        "worst": told(tally.worst),
+        "trajectories": {str(index): str(path) for index, path in finished.kept.items()},
+        "solve_time": tally.solve_time,
+    }
+
+
+def _leave(finished: Finished) -> None:
+    if finished.interrupted:
+        raise typer.Exit(INTERRUPTED)
+    if finished.tally.total and finished.tally.failures == finished.tally.total:
+        raise typer.Exit(FAILED)

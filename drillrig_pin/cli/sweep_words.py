@@ -1,0 +1,152 @@
+"""What a study shows while it runs and when it has ended."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from drillrig_pin.cli.output import number, table
+from drillrig_pin.words import quantity
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from drillrig_pin.batch.cases import Case
+    from drillrig_pin.batch.runner import Finished, Listener
+    from drillrig_pin.batch.study import Study
+    from drillrig_pin.batch.summary import Tally
+    from drillrig_pin.rig import Rig
+
+
+@contextmanager
+def progress(*, shown: bool) -> Iterator[Listener | None]:
+    """A bar on stderr: cases done, rate, time left, failures, and the worst and best so far."""
+    if not shown:
+        yield None
+        return
+    from rich.progress import BarColumn, Progress, TextColumn
+
+    from drillrig_pin.cli.output import console
+
+    columns = (BarColumn(20), TextColumn("{task.description}"))
+    with Progress(*columns, console=console(stderr=True), transient=True) as bar:
+        task = bar.add_task("starting workers", total=None)
+
+        def listen(tally: Tally) -> None:
+            bar.update(task, total=tally.total, completed=tally.done, description=standing(tally))
+
+        yield listen
+
+
+def standing(tally: Tally) -> str:
+    """One line about a study under way."""
+    words = [f"{tally.done} of {tally.total} cases"]
+    rate = tally.rate(time.monotonic())
+    if tally.since_start:
+        left = (tally.total - tally.done) / rate
+        words.append(f"{number(rate, 2)}/s, {_duration(left)} left" if tally.done < tally.total else "saving")
+    if tally.failures:
+        words.append(f"[red]{tally.failures} failed[/]")
+    if tally.best is not None and tally.worst is not None:
+        best, worst = quantity(tally.best[1], tally.unit), quantity(tally.worst[1], tally.unit)
+        words.append(f"{tally.metric} {best} to {worst}")
+    return " · ".join(words)
+
+
+def print_end(out: Console, finished: Finished, again: str) -> None:
+    """What came out, what failed and why, where it is, what to do next."""
+    tally = finished.tally
+    news = f"{tally.done - tally.before} now, {tally.before} before" if tally.before else ""
+    took = _duration(time.monotonic() - tally.started)
+    out.print(f"{tally.done} of {tally.total} cases recorded{f' ({news})' if news else ''} in {took}.", markup=False)
+    if tally.best is not None and tally.worst is not None and tally.best != tally.worst:
+        rows = [
+            [word, str(case.index), quantity(value, tally.unit), inputs(case)]
+            for word, (case, value) in (("best", tally.best), ("worst", tally.worst))
+        ]
+        out.print(table(f"{tally.metric}", ("", "case", "value", "with"), rows, text=4))
+    for status, count in sorted(tally.statuses.items()):
+        if status in tally.reasons:
+            case, reason = tally.reasons[status]
+            out.print(
+                f"{status}: {count}, e.g. case {case.index} ({inputs(case)}): {reason}", markup=False, style="red"
+            )
+    if finished.kept:
+        out.print(f"{len(finished.kept)} trajectories in {next(iter(finished.kept.values())).parent}.", markup=False)
+    if finished.interrupted:
+        out.print(f"Interrupted; what is recorded is safe. To go on: {again}", markup=False, style="yellow")
+    elif finished.kept:
+        out.print(f"Table: {finished.table}. Next: drillrig report {next(iter(finished.kept.values()))}", markup=False)
+    else:
+        out.print(f"Table: {finished.table}. Next: {again} --keep worst:3, to look at the worst cases", markup=False)
+
+
+def inputs(case: Case) -> str:
+    """What is varied in a case, in words."""
+    shown = (f"{n.removeprefix('model.').removeprefix('scenario.')} {_value(v)}" for n, v in case.inputs.items())
+    return ", ".join(shown)
+
+
+def print_poses(out: Console, study: Study, rig: Rig, found: dict[str, Any]) -> None:
+    """Joint positions for every hole."""
+    from drillrig_pin.batch.holes import UnreachableError
+
+    assert study.holes is not None
+    rows, notes = [], []
+    for name, item in found.items():
+        assumed = "assumed" if study.holes.places[name].source.startswith("assumed") else ""
+        if isinstance(item, UnreachableError):
+            rows.append([name, assumed, *_place(study.holes.places[name].at), *["–"] * len(rig.joints)])
+            notes.append(f"{name} is out of reach: {item}")
+        else:
+            rows.append([name, assumed, *_place(item.tip), *(_position(rig, j, item.positions[j]) for j in rig.joints)])
+    out.print(table(f"{study.text or study.name}", ("hole", "", "x m", "y m", "z m", *rig.joints), rows, text=2))
+    for note in notes:
+        out.print(note, markup=False, style="red")
+    out.print("Next: drillrig holes -o holes, to drill them and see where the machine shakes most", markup=False)
+
+
+def print_holes(out: Console, study: Study, finished: Finished) -> None:
+    """One line for every row of the table: how much it shakes, and the cylinder nearest to its limits."""
+    import pyarrow.parquet
+
+    rows = []
+    for row in pyarrow.parquet.read_table(finished.table).to_pylist():
+        cells = [str(row["hole"]), "assumed" if row["hole.assumed"] else "", row["status"]]
+        high = _greatest(row, ".p_max")
+        low = _greatest(row, ".p_min", -1.0)
+        cells.append(quantity(row.get(finished.tally.metric), finished.tally.unit))
+        cells += [f"{found[0]} {quantity(found[1], 'Pa')}" if found else "–" for found in (high, low)]
+        rows.append(cells)
+    columns = ("hole", "", "status", finished.tally.metric or "–", "highest pressure", "lowest pressure (absolute)")
+    out.print(table(study.text or study.name, columns, rows, text=3))
+
+
+def _greatest(row: dict[str, Any], ending: str, sign: float = 1.0) -> tuple[str, float] | None:
+    found = {name.removesuffix(ending): v for name, v in row.items() if name.endswith(ending) and v is not None}
+    return max(found.items(), key=lambda item: sign * item[1]) if found else None
+
+
+def _place(at: tuple[float, float, float] | None) -> list[str]:
+    return [f"{x:.3f}" for x in at] if at else ["–"] * 3
+
+
+def _position(rig: Rig, joint: str, value: float | list[float]) -> str:
+    if isinstance(value, list):
+        return "–"
+    slides = "P" in rig.model.joints[rig.model.getJointId(joint)].shortname()
+    return f"{value:.3f} m" if slides else f"{math.degrees(value):.1f}°"
+
+
+def _value(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 100:
+        return f"{seconds:.1f} s" if seconds < 10 else f"{seconds:.0f} s"
+    minutes = seconds / 60
+    return f"{minutes:.0f} min" if minutes < 100 else f"{minutes / 60:.1f} h"
