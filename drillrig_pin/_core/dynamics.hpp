@@ -55,6 +55,8 @@ class Dynamics {
   void constraint_bias();                        // gamma = J_dot v
   void stabilise();
   bool solve(const double* p1, const double* p2);
+  void eliminate(const double* p1, const double* p2);
+  void substitute();
   bool solve_multipliers(const double* p1, const double* p2);
   void solve_least_norm(const double* p1, const double* p2);
   bool solve_null_space(const double* p1, const double* p2);

@@ -26,7 +26,8 @@ bool Dynamics::solve(const double* p1, const double* p2) {
 }
 
 // With Z = L^-1 J^T and S = Z^T Z:  S lambda = p2 - Z^T L^-1 p1,  a = L^-T (L^-1 p1 + Z lambda). Needs the factor of M.
-bool Dynamics::solve_multipliers(const double* p1, const double* p2) {
+// Leaves L^-1 p1 in a, Z, the lower triangle of S in small_ and the right-hand side in lambda.
+void Dynamics::eliminate(const double* p1, const double* p2) {
   std::memcpy(a.data(), p1, sizeof(double) * nv);
   dense::forward(L_.data(), nv, a.data());
   for (int i = 0; i < m_; ++i) {
@@ -36,34 +37,36 @@ bool Dynamics::solve_multipliers(const double* p1, const double* p2) {
     for (int j = 0; j <= i; ++j) small_[i * m_ + j] = dense::dot(z, Z_.data() + j * nv, nv);
     lambda[i] = p2[i] - dense::dot(z, a.data(), nv);
   }
+}
+
+// a from what `eliminate` left and the multipliers.
+void Dynamics::substitute() {
+  for (int i = 0; i < m_; ++i) {
+    const double* z = Z_.data() + i * nv;
+    for (int d = 0; d < nv; ++d) a[d] += z[d] * lambda[i];
+  }
+  dense::backward(L_.data(), nv, a.data());
+}
+
+bool Dynamics::solve_multipliers(const double* p1, const double* p2) {
+  eliminate(p1, p2);
   if (m_ > 0) {
     if (!dense::factor(small_.data(), m_, L_small_.data())) return false;
     dense::forward(L_small_.data(), m_, lambda.data());
     dense::backward(L_small_.data(), m_, lambda.data());
-    for (int i = 0; i < m_; ++i) {
-      const double* z = Z_.data() + i * nv;
-      for (int d = 0; d < nv; ++d) a[d] += z[d] * lambda[i];
-    }
   }
-  dense::backward(L_.data(), nv, a.data());
+  substitute();
   return true;
 }
 
 // The same with redundant rows: of all multipliers those of least norm.
 void Dynamics::solve_least_norm(const double* p1, const double* p2) {
-  std::memcpy(a.data(), p1, sizeof(double) * nv);
-  dense::forward(L_.data(), nv, a.data());
-  for (int i = 0; i < m_; ++i) {
-    double* z = Z_.data() + i * nv;
-    std::memcpy(z, J_.data() + i * nv, sizeof(double) * nv);
-    dense::forward(L_.data(), nv, z);
-    for (int j = 0; j <= i; ++j) S_(i, j) = S_(j, i) = dense::dot(z, Z_.data() + j * nv, nv);
-    tmp_m_[i] = p2[i] - dense::dot(z, a.data(), nv);
-  }
-  invert_on_range();
+  eliminate(p1, p2);
   for (int i = 0; i < m_; ++i)
-    for (int d = 0; d < nv; ++d) a[d] += Z_[i * nv + d] * lambda[i];
-  dense::backward(L_.data(), nv, a.data());
+    for (int j = 0; j <= i; ++j) S_(i, j) = S_(j, i) = small_[i * m_ + j];
+  tmp_m_ = lambda;
+  invert_on_range();
+  substitute();
 }
 
 // lambda = S^+ tmp_m_ on the span of the `rank` largest eigenvalues of S.

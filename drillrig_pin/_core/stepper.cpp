@@ -163,7 +163,6 @@ Status Stepper::dop853(double bound) {
       double factor = error == 0.0 ? kMaxFactor : std::min(kMaxFactor, kSafety * std::pow(error, kExponent));
       if (rejected) factor = std::min(1.0, factor);
       h_ = h_abs * factor;
-      h_used_ = h;
       t_old = t;
       y_old.swap(y);
       y.swap(y_new_);

@@ -52,7 +52,7 @@ class Stepper {
   const RunSettings& settings_;
   const Method method_;
   const int n_;
-  double h_ = 0.0, h_used_ = 0.0;
+  double h_ = 0.0;
   int troubles_ = 0;
   double node_ = 0.0, wanted_ = 0.0;  // of the exponential steps: time of the newest value, longest spacing wanted
   bool interpolant_ready_ = false, rate_known_ = false, exponential_step_ = false, at_stop_ = true;

@@ -42,12 +42,12 @@ def counts(dynamics: CompiledDynamics, method: str, projection: bool) -> list[in
     answer = []
     for steps in (SHORT, LONG):
         step, samples = DURATION / steps, np.linspace(0.0, DURATION, steps // 2 + 1)
-        recorder = _recorder(inner, samples)
+        arrays = Recorder(inner, samples, "core", method).arrays()
         settings = Settings(method, step, 1e-6, np.full(inner.size, 1e-3), step, projection)
         least = 1 << 60
         # The first call fills caches of Python; the least of the others is the run's own.
         for _ in range(4):
-            report = dynamics.run(inner.initial(), settings, samples, recorder, None)
+            report = dynamics.run(inner.initial(), settings, samples, arrays, None)
             least = min(least, dynamics.rig.asked)
         assert report.status.name == "COMPLETED", report
         assert report.steps >= steps
@@ -66,11 +66,6 @@ class Counted:
         answer = self.rig.run(**arguments)
         self.asked = allocations() - before
         return answer
-
-
-def _recorder(inner: object, samples: np.ndarray) -> list[np.ndarray]:
-    arguments = (inner, samples, "core", "DOP853")
-    return Recorder(*arguments[: Recorder.__init__.__code__.co_argcount - 1]).arrays()
 
 
 allocations = ctypes.CDLL(None).allocations
