@@ -5,3 +5,4 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 compile() { uv pip compile pyproject.toml --universal --python-version 3.11 --generate-hashes --no-annotate --no-header -q "$@"; }
 compile --extra build -o requirements.lock
 compile --extra build --extra test -o requirements-test.lock
+compile --extra build --extra test --extra peers -o requirements-peers.lock
