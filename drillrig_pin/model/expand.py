@@ -12,6 +12,7 @@ from xml.dom import minidom
 
 from drillrig_pin.errors import ModelError, legal_names
 from drillrig_pin.model.nodes import parse_file, root_element, short_path
+from drillrig_pin.model.xacro_memory import remembering
 
 # xacro keeps its arguments and its stack of open files in module globals: one expansion at a time.
 _XACRO = threading.Lock()
@@ -54,7 +55,7 @@ def _run_xacro(path: Path, arguments: Mapping[str, Any]) -> tuple[minidom.Docume
         return document
 
     mappings = {name: _as_text(value) for name, value in arguments.items()}
-    with _XACRO:
+    with _XACRO, remembering(xacro):
         # xacro offers no hook for line numbers: its parser is replaced for the duration of one expansion.
         original, xacro.parse = xacro.parse, stamped_parse
         xacro.all_includes.clear()
@@ -74,7 +75,7 @@ def _run_xacro(path: Path, arguments: Mapping[str, Any]) -> tuple[minidom.Docume
             )
             reason = " ".join(str(error).split()) or type(error).__name__
             # A model that stops with xacro.fatal has said what is wrong; the expression that says so adds nothing.
-            reason = reason.split(" when evaluating expression 'xacro.fatal(")[0]
+            reason = re.split(r" when evaluating expression '(?=.*xacro\.fatal\()", reason)[0]
             raise ModelError(f"xacro cannot expand the model: {reason}", where=place) from None
         finally:
             xacro.parse = original

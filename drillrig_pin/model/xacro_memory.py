@@ -1,0 +1,64 @@
+"""What every expansion of a model repeats, kept from one to the next: a study expands the same files a thousand times.
+
+Nothing here changes what xacro computes. Tables of numbers are read again when their file changed, expressions are
+compiled once, and text without a dollar sign, which most of a model is, is not searched for expressions.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import lru_cache
+from pathlib import Path
+from types import CodeType
+from typing import Any
+
+_compiled: Callable[..., CodeType] = lru_cache(maxsize=4096)(compile)
+_tables: dict[str, tuple[tuple[int, int], Any]] = {}
+MAX_TABLES = 16
+
+
+@contextmanager
+def remembering(xacro: Any) -> Iterator[None]:
+    """Put the quicker functions in place for one expansion; the caller sees to it that it is the only one."""
+    read, evaluate = xacro.load_yaml, xacro.eval_text
+
+    def load_yaml(name: str) -> Any:
+        path = xacro.abs_filename_spec(name)
+        return copy.deepcopy(_table(xacro, read, path))
+
+    def eval_text(text: str, symbols: Any) -> Any:
+        return evaluate(text, symbols) if "$" in text else text
+
+    visible = xacro._global_symbols
+    places = [symbols for symbols in (visible, visible["xacro"]) if "load_yaml" in symbols]
+    before = [symbols["load_yaml"] for symbols in places]
+    xacro.compile, xacro.eval_text = _compiled, eval_text
+    for symbols in places:
+        symbols["load_yaml"] = load_yaml
+    try:
+        yield
+    finally:
+        del xacro.compile
+        xacro.eval_text = evaluate
+        for symbols, function in zip(places, before, strict=True):
+            symbols["load_yaml"] = function
+
+
+def _table(xacro: Any, read: Callable[[str], Any], path: str) -> Any:
+    """The table of a YAML file, read by xacro itself if the file is new or has changed."""
+    try:
+        state = Path(path).stat()
+    except OSError:
+        return read(path)
+    stamp = (state.st_mtime_ns, state.st_size)
+    known = _tables.get(path)
+    if known is not None and known[0] == stamp:
+        xacro.all_includes.append(path)
+        return known[1]
+    table = read(path)
+    if len(_tables) >= MAX_TABLES:
+        _tables.clear()
+    _tables[path] = (stamp, table)
+    return table
