@@ -80,9 +80,12 @@ class Recorder:
         elastic = np.zeros(n)
         for group in dynamics.groups:
             if isinstance(group.law, LockedOil):
-                columns = [cylinders.index(i) for i in group.members]
-                pressure_a[:, columns], pressure_b[:, columns] = group.law.pressures(x[:, group.where])
-            if not group.load:
+                # Two logarithms a cylinder and sample are most of the work; pressure and energy share them.
+                length, columns = x[:, group.where], [cylinders.index(i) for i in group.members]
+                strains = group.law.strains(length)
+                pressure_a[:, columns], pressure_b[:, columns] = group.law.pressures(length, strains)
+                elastic += group.law.energy(length, strains).sum(axis=1)
+            elif not group.load:
                 elastic += _energy(group.law, x[:, group.where])
         points = self._points[:n]
         arrays = {

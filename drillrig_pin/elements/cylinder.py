@@ -50,25 +50,30 @@ class LockedOil(Law):
     p_B0: float
     k: float
 
-    def pressures(self, x: Array) -> tuple[Array, Array]:
-        """Chamber pressures p_A, p_B [Pa gauge]."""
+    def strains(self, x: Array) -> tuple[Array, Array]:
+        """Logarithmic strains ln(1 + u / l_A) and ln(1 - u / l_B) of the two oil columns."""
         u = x - self.x0
-        return self.p_A0 - self.E0 * np.log1p(u / self.l_A), self.p_B0 - self.E0 * np.log1p(-u / self.l_B)
+        return np.log1p(u / self.l_A), np.log1p(-u / self.l_B)
+
+    def pressures(self, x: Array, strains: tuple[Array, Array] | None = None) -> tuple[Array, Array]:
+        """Chamber pressures p_A, p_B [Pa gauge]; `strains` if they are known already."""
+        e_A, e_B = strains or self.strains(x)
+        return self.p_A0 - self.E0 * e_A, self.p_B0 - self.E0 * e_B
 
     def force(self, x: Array, xdot: Array, t: float) -> Array:
         """Force that pushes the pins apart [N]."""
         p_A, p_B = self.pressures(x)
         return p_A * self.S_A - p_B * self.S_B - self.k * xdot
 
-    def energy(self, x: Array) -> Array:
-        """Elastic energy of the two oil columns, zero at u = 0 [J]."""
+    def energy(self, x: Array, strains: tuple[Array, Array] | None = None) -> Array:
+        """Elastic energy of the two oil columns, zero at u = 0 [J]; `strains` if they are known already."""
+        e_A, e_B = strains or self.strains(x)
         u = x - self.x0
         F0 = self.p_A0 * self.S_A - self.p_B0 * self.S_B
-        A = self.S_A * ((self.l_A + u) * np.log1p(u / self.l_A) - u)
-        return -F0 * u + self.E0 * (A + self._energy_B(u))
+        return -F0 * u + self.E0 * (self.S_A * ((self.l_A + u) * e_A - u) + self._energy_B(u, e_B))
 
-    def _energy_B(self, u: Array) -> Array:
-        return self.S_B * ((self.l_B - u) * np.log1p(-u / self.l_B) + u)
+    def _energy_B(self, u: Array, e_B: Array) -> Array:
+        return self.S_B * ((self.l_B - u) * e_B + u)
 
     def dissipation(self, x: Array, xdot: Array) -> Array:
         """Power lost to piston friction k x_dot^2 [W]."""
@@ -83,13 +88,18 @@ class LockedOil(Law):
 class LockedOilAsPrinted(LockedOil):
     """Chamber B as the paper prints it, p_B = p_B0 + E0 ln(1 + u / l_B): the same to first order in u."""
 
-    def pressures(self, x: Array) -> tuple[Array, Array]:
-        """Chamber pressures p_A, p_B [Pa gauge], equations (33) and (34) to the letter."""
+    def strains(self, x: Array) -> tuple[Array, Array]:
+        """Logarithms ln(1 + u / l_A) and ln(1 + u / l_B) of equations (33) and (34), to the letter."""
         u = x - self.x0
-        return self.p_A0 - self.E0 * np.log1p(u / self.l_A), self.p_B0 + self.E0 * np.log1p(u / self.l_B)
+        return np.log1p(u / self.l_A), np.log1p(u / self.l_B)
 
-    def _energy_B(self, u: Array) -> Array:
-        return self.S_B * ((self.l_B + u) * np.log1p(u / self.l_B) - u)
+    def pressures(self, x: Array, strains: tuple[Array, Array] | None = None) -> tuple[Array, Array]:
+        """Chamber pressures p_A, p_B [Pa gauge], equations (33) and (34) to the letter."""
+        e_A, e_B = strains or self.strains(x)
+        return self.p_A0 - self.E0 * e_A, self.p_B0 + self.E0 * e_B
+
+    def _energy_B(self, u: Array, e_B: Array) -> Array:
+        return self.S_B * ((self.l_B + u) * e_B - u)
 
 
 class Cylinder(Element):
