@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pinocchio as pin
 
-from drillrig_pin.dynamics import Dynamics
-from drillrig_pin.elements.base import Law
+from drillrig_pin.arrays import Arrays
+from drillrig_pin.dynamics import Dynamics, ForceGroup
 from drillrig_pin.elements.cylinder import Cylinder, LockedOil
 from drillrig_pin.errors import Outcome
 from drillrig_pin.kinematics import Array
@@ -72,44 +74,34 @@ class Recorder:
         """All samples recorded so far."""
         dynamics, n = self.dynamics, self.count
         rig, forces, index = dynamics.rig, dynamics.forces, dynamics.space.index
-        x, F = self._x[:n], self._F[:n]
+        x, F, points = self._x[:n], self._F[:n], self._points[:n]
         cylinders = [i for i, e in enumerate(forces) if isinstance(e, Cylinder)]
         loads = [i for i, e in enumerate(forces) if e.load]
         others = [i for i, e in enumerate(forces) if i not in cylinders and not e.load]
-        pressure_a, pressure_b = np.zeros((2, n, len(cylinders)))
-        elastic = np.zeros(n)
-        for group in dynamics.groups:
-            if isinstance(group.law, LockedOil):
-                # Two logarithms a cylinder and sample are most of the work; pressure and energy share them.
-                length, columns = x[:, group.where], [cylinders.index(i) for i in group.members]
-                strains = group.law.strains(length)
-                pressure_a[:, columns], pressure_b[:, columns] = group.law.pressures(length, strains)
-                elastic += group.law.energy(length, strains).sum(axis=1)
-            elif not group.load:
-                elastic += _energy(group.law, x[:, group.where])
-        points = self._points[:n]
-        arrays = {
-            "q": self._q[:n],
-            "v": self._v[:n],
-            "a": self._a[:n],
-            "reaction": self._reaction[:n],
-            "constraint_error": self._f[:n],
-            "constraint_rate": self._f_dot[:n],
-            "cylinder_length": x[:, index[cylinders]],
-            "cylinder_force": F[:, index[cylinders]],
-            "pressure_a": pressure_a,
-            "pressure_b": pressure_b,
-            "element_coordinate": x[:, index[others]],
-            "element_force": F[:, index[others]],
-            "point_position": points,
-            "point_displacement": points - points[:1],
-            "load_value": F[:, index[loads]],
-            "energy_kinetic": self._energy[:n, 0],
-            "energy_potential": self._energy[:n, 1],
-            "energy_elastic": elastic - elastic[:1],
-            "work_input": self._work[:n, 0],
-            "work_dissipated": self._work[:n, 1],
-        }
+        oil = _Oil(dynamics.groups, x, cylinders)
+        arrays = Arrays(
+            {
+                "q": self._q[:n],
+                "v": self._v[:n],
+                "a": self._a[:n],
+                "reaction": self._reaction[:n],
+                "constraint_error": self._f[:n],
+                "constraint_rate": self._f_dot[:n],
+                "point_position": points,
+                "energy_kinetic": self._energy[:n, 0],
+                "energy_potential": self._energy[:n, 1],
+                "work_input": self._work[:n, 0],
+                "work_dissipated": self._work[:n, 1],
+            },
+            {
+                ("cylinder_length", "cylinder_force"): lambda: (x[:, index[cylinders]], F[:, index[cylinders]]),
+                ("pressure_a", "pressure_b"): oil.pressures,
+                ("energy_elastic",): oil.energy,
+                ("element_coordinate", "element_force"): lambda: (x[:, index[others]], F[:, index[others]]),
+                ("point_displacement",): lambda: (points - points[:1],),
+                ("load_value",): lambda: (F[:, index[loads]],),
+            },
+        )
         labels = {
             "joint": rig.coordinate_names,
             "dof": rig.dof_names,
@@ -126,11 +118,40 @@ class Recorder:
         return Trajectory(self._time[:n], arrays, labels, outcome, scenario, *origin)
 
 
-def _energy(law: Law, x: Array) -> Array:
-    """Energy stored in a group of elements with coordinates x (n, members), (n)."""
-    if law.stackable:
-        return np.asarray(law.energy(x).sum(axis=1))
-    return np.array([float(np.ravel(law.energy(row))[0]) for row in x])
+class _Oil:
+    """Pressures and elastic energy along a run. Two logarithms a cylinder and sample are most of the work: shared."""
+
+    def __init__(self, groups: Sequence[ForceGroup], x: Array, cylinders: list[int]) -> None:
+        self._groups, self._x, self._cylinders = [group for group in groups if not group.load], x, cylinders
+        self._known: dict[int, tuple[Array, Array]] = {}
+
+    def pressures(self) -> tuple[Array, Array]:
+        """Gauge pressures of the chambers A and B, each (n, cylinders) [Pa]."""
+        a, b = np.zeros((2, len(self._x), len(self._cylinders)))
+        for group in self._groups:
+            if isinstance(group.law, LockedOil):
+                columns = [self._cylinders.index(i) for i in group.members]
+                a[:, columns], b[:, columns] = group.law.pressures(self._x[:, group.where], self._strains(group))
+        return a, b
+
+    def energy(self) -> tuple[Array]:
+        """Energy stored in all elements, zero at the start (n) [J]."""
+        total = np.zeros(len(self._x))
+        for group in self._groups:
+            law, x = group.law, self._x[:, group.where]
+            if isinstance(law, LockedOil):
+                total += law.energy(x, self._strains(group)).sum(axis=1)
+            elif law.stackable:
+                total += law.energy(x).sum(axis=1)
+            else:
+                total += [float(np.ravel(law.energy(row))[0]) for row in x]
+        return (total - total[:1],)
+
+    def _strains(self, group: ForceGroup) -> tuple[Array, Array]:
+        assert isinstance(group.law, LockedOil)
+        if group.members[0] not in self._known:
+            self._known[group.members[0]] = group.law.strains(self._x[:, group.where])
+        return self._known[group.members[0]]
 
 
 def _notes(equilibrium: Equilibrium) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from importlib.metadata import version
@@ -85,7 +86,7 @@ class Trajectory:
     """
 
     time: Array
-    arrays: dict[str, Array] = field(repr=False)
+    arrays: Mapping[str, Array] = field(repr=False)
     labels: dict[str, list[str]] = field(repr=False)
     outcome: Outcome
     scenario: Scenario = field(repr=False)
@@ -99,7 +100,7 @@ class Trajectory:
     made_with: dict[str, str] = field(default_factory=lambda: dict(versions()), repr=False)
 
     def __getattr__(self, name: str) -> Array:
-        arrays: dict[str, Array] = self.__dict__.get("arrays", {})
+        arrays: Mapping[str, Array] = self.__dict__.get("arrays", {})
         if name in arrays:
             return arrays[name]
         raise AttributeError(f"a trajectory has no {name!r}; variables: {', '.join(VARIABLES)}")

@@ -17,6 +17,7 @@ LAYERS: list[tuple[str, ...]] = [
     ("files",),
     ("model.",),
     ("storage", "kinematics"),
+    ("arrays",),
     ("coordinates",),
     ("elements.",),
     ("declarations", "constraints"),
