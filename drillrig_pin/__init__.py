@@ -15,6 +15,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from drillrig_pin.accuracy import estimate_error
     from drillrig_pin.errors import (
         AssemblyError,
         DrillrigError,
@@ -44,6 +45,7 @@ _HOMES = {
     "SingularConfigurationError": "errors",
     "Status": "errors",
     "Trajectory": "trajectory",
+    "estimate_error": "accuracy",
     "load_rig": "rig",
     "load_rig_text": "rig",
     "load_scenario": "scenario",
@@ -65,6 +67,7 @@ __all__ = [
     "SingularConfigurationError",
     "Status",
     "Trajectory",
+    "estimate_error",
     "load_rig",
     "load_rig_text",
     "load_scenario",

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 AXES = ("x", "y", "z")
 FORMAT = "drillrig trajectory 2"
+#: Name of the estimated error among the costs of a run.
+ESTIMATE = "estimated_error"
 
 
 class Variable(NamedTuple):
@@ -122,6 +124,11 @@ class Trajectory:
         total: Array = self.energy_kinetic + self.energy_potential + self.energy_elastic
         residual: Array = total - total[0] - self.work_input + self.work_dissipated
         return residual
+
+    @property
+    def estimated_error(self) -> float | None:
+        """Estimated greatest error of the joint positions [rad or m], None if nobody estimated it."""
+        return self.cost.get(ESTIMATE)
 
     @property
     def dataset(self) -> xarray.Dataset:

@@ -31,6 +31,7 @@ LAYERS: list[tuple[str, ...]] = [
     ("marching",),
     ("methods",),
     ("simulation",),
+    ("accuracy",),
     ("analysis.",),
     ("scene.",),
     ("replay.",),

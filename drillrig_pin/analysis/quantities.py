@@ -114,5 +114,9 @@ def _trust(metrics: Metrics) -> Iterator[Quantity]:
         yield Quantity("trust.error", "constraint error", "trust", trust.error, "", "lower", 1e-12)
     if trust.relative is not None:
         yield Quantity("trust.energy", "energy residual, relative", "trust", trust.relative, "", "lower", 1e-8)
+    if trust.estimated is not None:
+        yield Quantity(
+            "trust.estimated", "estimated error of joint positions", "trust", trust.estimated, "", "lower", 1e-8
+        )
     yield Quantity("cost.steps", "steps", "cost", float(trust.steps), "")
     yield Quantity("cost.wall_time", "wall time", "cost", trust.wall_time, "s")

@@ -11,6 +11,8 @@ from drillrig_pin.trajectory import Trajectory
 #: Beyond these a run should not be used: constraint error [m or 1], energy residual relative to its reference.
 WORST_ERROR = 1e-6
 WORST_ENERGY = 1e-3
+#: So is one whose estimated error is more than this share of the greatest joint motion.
+WORST_SHARE = 0.01
 #: Energy [J] below which a machine is at rest: the elastic energy of a locked oil column is rounded at about this.
 NOTHING = 1e-9
 
@@ -25,6 +27,8 @@ class Trust:
         reference: energy the residual is compared with [J]; see :func:`trust`.
         against: what that energy is: ``work in``, ``energy exchanged`` or ``nothing moved``.
         relative: residual / reference; None where nothing moved.
+        estimated: greatest error of the joint positions, estimated [rad or m]; None if it was not.
+        moved: greatest range of a joint [rad or m], which that error is to be compared with.
         steps, evaluations: accepted steps and evaluations of the equations.
         engine: which engine and integrator ran, in words.
         wall_time: of the computation [s].
@@ -37,6 +41,8 @@ class Trust:
     reference: float
     against: str
     relative: float | None
+    estimated: float | None
+    moved: float
     steps: int
     evaluations: int
     engine: str
@@ -51,6 +57,8 @@ class Trust:
             reasons.append(f"the constraints drift by {self.error:.2g}")
         if self.relative is not None and not self.relative <= WORST_ENERGY:
             reasons.append(f"the energy balance misses {self.relative:.2g} of the {self.against}")
+        if self.estimated is not None and not self.estimated <= max(WORST_SHARE * self.moved, NOTHING):
+            reasons.append(f"the joint positions are wrong by about {self.estimated:.2g} of {self.moved:.2g} rad or m")
         return tuple(reasons)
 
 
@@ -72,6 +80,8 @@ def trust(trajectory: Trajectory) -> Trust:
         reference,
         against,
         residual / reference if reference > 0 else None,
+        trajectory.estimated_error,
+        float(np.ptp(trajectory.q, axis=0).max(initial=0.0)) if len(trajectory.time) else 0.0,
         int(trajectory.cost.get("steps", trajectory.outcome.steps)),
         int(trajectory.cost.get("evaluations", 0)),
         f"{trajectory.method} in {'the compiled core' if trajectory.engine == 'core' else 'Python'}",

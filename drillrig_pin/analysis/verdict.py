@@ -88,6 +88,8 @@ def _computation(metrics: Metrics, outcome: Outcome) -> list[Finding]:
         kept.append(f"the held points stay in place to {trust.error:.1e} m")
     if trust.relative is not None:
         kept.append(f"the energy balance closes to {trust.relative:.1e} of the {trust.against}")
+    if trust.estimated is not None:
+        kept.append(f"the joint positions are right to about {trust.estimated:.1e} rad or m")
     if kept:
         words = f"{_sentence(' and '.join(kept))}. The equations are solved accurately; how well the model describes "
         found.append(Finding(Level.GOOD, "The computation is accurate", words + "the machine depends on its numbers."))

@@ -30,6 +30,14 @@ def run(
         "run.nc"
     ),
     json: Json = False,
+    estimate: Annotated[
+        bool | None,
+        typer.Option(
+            "--estimate/--no-estimate",
+            help="Estimate the error by solving a second time, tighter. Default: yes in the compiled core.",
+            show_default=False,
+        ),
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no tables.")] = False,
 ) -> None:
     """Simulate a case, save it to one file and print what a designer reads first.
@@ -43,10 +51,13 @@ def run(
     require_writable(output)
     case = read_scenario(model, scenario, settings)
     rig = read_rig(case)
+    from drillrig_pin.accuracy import estimate_error
     from drillrig_pin.simulation import simulate
 
     with _progress(case.duration, shown=not quiet and sys.stderr.isatty()) as tick:
         trajectory = simulate(rig, case, progress=tick)
+        if estimate or (estimate is None and trajectory.engine == "core"):
+            trajectory = estimate_error(rig, trajectory)
     replaced = output.exists()
     trajectory.save(output)
     metrics = _measured(trajectory)

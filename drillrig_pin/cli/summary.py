@@ -150,6 +150,8 @@ def trust_lines(trust: Trust) -> list[str]:
         words.append(f"energy residual {trust.relative:.1e} of {number(trust.reference, 3)} J {trust.against}")
     else:
         words.append(f"energy residual {trust.residual:.1e} J, nothing moved")
+    if trust.estimated is not None:
+        words.append(f"joint positions to about {trust.estimated:.1e} rad or m")
     cost = [trust.engine, f"{trust.steps} steps", f"{trust.evaluations} evaluations", f"{trust.wall_time:.1f} s"]
     if trust.real_time_factor is not None:
         cost.append(f"{number(trust.real_time_factor, 2)} x real time")
