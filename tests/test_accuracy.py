@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -73,7 +74,7 @@ def test_error_falls_with_step_and_tolerance() -> None:
 
     steps = [error(method="RK4", step=step) for step in (5e-4, 2.5e-4, 1.25e-4)]
     # Order four: a factor of 16 a halving; load samples that fall inside steps of this size blur it by a third.
-    assert all(12 < coarse / fine < 22 for coarse, fine in zip(steps, steps[1:], strict=False))
+    assert all(12 < coarse / fine < 22 for coarse, fine in pairwise(steps))
     tolerances = [error(rtol=rtol, atol=rtol / 100) for rtol in (1e-5, 1e-7, 1e-9)]
     assert tolerances[0] > tolerances[1] > tolerances[2]
 
