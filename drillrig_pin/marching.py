@@ -84,39 +84,45 @@ def core_is_installed() -> bool:
 class RankWatch:
     """Notices that the constraint Jacobian loses rank at a sample, or has passed through a loss since the last one.
 
-    Where it does, its smallest singular value crosses zero: the value itself is positive again behind it, but one of
+    Where it does, its smallest singular value s crosses zero: the value itself is positive again behind it, but one of
     its two singular vectors has changed sign, or both have turned because the motion took another path. Beyond such a
     point there is more than one path, and the equations cannot say which one the machine takes.
+
+    By Weyl's inequality s changes by no more than the Frobenius norm of the change of J. As long as J stays within s / 2
+    of where it was last looked at, there is nothing to see.
     """
 
     #: A singular value below this fraction of the largest may be on its way through zero.
     WEAK = 0.05
-    #: Cosine above which the vectors of two samples are those of one smooth motion.
+    #: Cosine above which the vectors of two samples are those of one smooth motion; below its negative, one turned over.
     SAME = 0.5
 
     def __init__(self) -> None:
         self._rank = 0
         self._largest = 0.0
-        self._weakest: tuple[float, Array, Array] | None = None
+        self._last: tuple[Array, float, Array, Array] | None = None
 
     def look(self, J: Array) -> None:
         """Take in the Jacobian of the next sample; SingularConfigurationError if rank is or was lost."""
         if not len(J):
             return
+        if self._last is not None and np.linalg.norm(J - self._last[0]) <= 0.5 * self._last[1]:
+            return
         U, values, V = np.linalg.svd(J, full_matrices=False)
         self._largest = max(self._largest, float(values[0]))
         rank = int((values > RANK * self._largest).sum())
-        if self._weakest is None:
+        if self._last is None:
             self._rank = rank
         if rank < self._rank or rank == 0:
             raise SingularConfigurationError("the constraint Jacobian has lost rank")
         value, left, right = float(values[rank - 1]), U[:, rank - 1], V[rank - 1]
-        if self._weakest is not None:
-            before, left_before, right_before = self._weakest
+        if self._last is not None:
+            _, before, left_before, right_before = self._last
             same = float((left @ left_before) * (right @ right_before))
-            if max(value, before) < self.WEAK * self._largest and same < self.SAME:
+            weak = max(value, before) < self.WEAK * self._largest
+            if same < (self.SAME if weak else -self.SAME):
                 raise SingularConfigurationError("the constraint Jacobian has passed through a loss of rank")
-        self._weakest = value, left, right
+        self._last = J.copy(), value, left, right
 
 
 def broken_cylinder(dynamics: Dynamics, spare: float = 0.0) -> str:

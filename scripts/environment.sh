@@ -1,4 +1,4 @@
-# Sourced by run.sh and test.sh: makes .venv from a lock file, or leaves it alone if it already matches.
+# Sourced by run.sh, test.sh and docker/Dockerfile: one way to install, wherever it happens.
 
 python_for_venv() {
     local candidate
@@ -35,6 +35,16 @@ browser() {
     fi
 }
 
+# install_into VENV LOCK [-e]: the libraries of the lock, every one by its hash, then this package; -e: as a checkout.
+install_into() {
+    local venv=$1 lock=$2 pip
+    shift 2
+    pip="$venv/bin/python -m pip install --quiet --disable-pip-version-check"
+    $pip --require-hashes -r "$lock"
+    $pip --no-deps --no-build-isolation "$@" .
+}
+
+# Makes .venv from a lock file, or leaves it alone if it already matches.
 prepare_environment() {
     local lock=$1 stamp=.venv/installed.txt python wanted
     python=$(python_for_venv)
@@ -46,8 +56,7 @@ prepare_environment() {
             echo "Making .venv failed. On Debian and Ubuntu: apt-get install python3-venv" >&2
             return 1
         }
-        .venv/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes -r "$lock"
-        .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+        install_into .venv "$lock" -e
         echo "$wanted" >"$stamp"
     fi
 }

@@ -2,13 +2,13 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
 
 namespace drillrig {
 
 // Where rank is lost, the smallest singular value crosses zero: behind it the value is positive again, but one of its two
-// singular vectors has changed sign, or both have turned.
+// singular vectors has changed sign, or both have turned. It changes by no more than the Frobenius norm of the change of
+// J (Weyl): within half of it from where J was last looked at, there is nothing to see.
 class RankWatch {
  public:
   RankWatch(int m, int nv, double threshold);
@@ -19,12 +19,10 @@ class RankWatch {
  private:
   const int m_, nv_;
   const double threshold_;
-  int rank_ = -1;
+  int rank_ = -1;  // -1: nothing seen yet
   double largest_ = 0.0, before_ = 0.0;
-  bool have_vectors_ = false;
-  Eigen::MatrixXd J_, S_;
+  Eigen::MatrixXd J_, last_;
   Eigen::VectorXd left_, right_;
-  Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen_;
   Eigen::JacobiSVD<Eigen::MatrixXd> svd_;
 };
 
