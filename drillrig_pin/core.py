@@ -121,7 +121,7 @@ class CompiledDynamics:
             targets=dynamics.targets.tolist(),
             support=space.support.astype(int).ravel().tolist(),
             points=_rows([rig.point(name) for name in rig.tracked]),
-            formulation={"multipliers": 0, "null_space": 1}[dynamics.formulation],
+            formulation={"multipliers": 0, "null_space": 1, "damped": 2}[dynamics.formulation],
             correction=kind,
             correction_values=values,
             rank=dynamics.rank,

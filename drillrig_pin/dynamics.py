@@ -24,7 +24,12 @@ from drillrig_pin.stabilization import Correction, NoCorrection
 from drillrig_pin.statics import Equilibrium
 from drillrig_pin.workspace import Workspace
 
-Formulation = Literal["multipliers", "null_space"]
+#: Fraction of the largest singular value below which a direction of the constraints counts as weak.
+WEAK = 0.05
+#: Of a weak direction's bound: how much the damped formulation lets it give way. The error of a passage grows with its
+#: square, the noise of the multipliers with its inverse.
+DAMPING = 1e-5
+Formulation = Literal["multipliers", "null_space", "damped"]
 
 
 @dataclass(slots=True)
@@ -66,7 +71,8 @@ class Dynamics:
         rig: the rig.
         equilibrium: state at which cylinders were locked and springs relaxed.
         loads: names of the loads that act; None: all.
-        formulation: ``multipliers`` (KKT, eq. (57)) or ``null_space`` (multipliers eliminated, eq. (58)).
+        formulation: ``multipliers`` (KKT, eq. (57)), ``null_space`` (multipliers eliminated, eq. (58)) or ``damped``
+            (multipliers that let go of what the constraints nearly cannot hold, to pass singular positions).
         correction: stabilising term of the acceleration constraint; None: none.
         space: a workspace of the rig to take over, if it has the forces that act; None: one of its own.
     """
@@ -160,6 +166,8 @@ class Dynamics:
         """Accelerations a (nv) and multipliers lambda (m) of assembled equations, in the chosen formulation."""
         if self.formulation == "null_space":
             return solve_null_space(equations, self.rank)
+        if self.formulation == "damped":
+            return solve_damped(equations)
         if self.redundant:
             return solve_least_norm(equations, self.rank)
         return solve_multipliers(equations, self._kkt)
@@ -201,6 +209,8 @@ class Dynamics:
     def _smallest(self, M: Array, violation: Array) -> Array:
         """Step with J step = violation that is smallest in the metric M: eq. (57) without forces."""
         equations = Equations(M, np.zeros(self._nv), self.space.J, violation, violation, violation)
+        if self.formulation == "damped":
+            return solve_damped(equations)[0]
         if self.redundant:
             return solve_least_norm(equations, self.rank)[0]
         return solve_multipliers(equations, self._kkt)[0]
@@ -255,6 +265,26 @@ def solve_least_norm(equations: Equations, rank: int) -> tuple[Array, Array]:
     values, vectors = np.linalg.eigh(J @ Z)
     values, vectors = values[len(values) - rank :], vectors[:, len(values) - rank :]
     multipliers: Array = vectors @ ((vectors.T @ (equations.p2 - J @ free)) / values)
+    return np.asarray(free + Z @ multipliers, dtype=float), multipliers
+
+
+def solve_damped(equations: Equations) -> tuple[Array, Array]:
+    """As :func:`solve_multipliers`, but a direction that the constraints hardly hold any more is let go smoothly.
+
+    With S = J M^-1 J^T, its eigenvalues s and eigenvectors w, each part of lambda is w (w . r) s / (s^2 + d^2) in place
+    of w (w . r) / s, where d = DAMPING s_0 (1 - (s / s_0)^2) below s_0 = WEAK^2 s_max and d = 0 above: the filter of
+    A. A. Maciejewski and C. A. Klein, J. Robotic Systems 5 (1988) 527-552. Away from singular positions nothing
+    changes; through one, inertia carries the machine along the smooth path. Redundant rows drop out.
+    """
+    M, J = equations.M, equations.J
+    free = np.linalg.solve(M, equations.p1)
+    if not len(J):
+        return np.asarray(free, dtype=float), np.zeros(0)
+    Z = np.linalg.solve(M, J.T)
+    s, w = np.linalg.eigh(J @ Z)
+    weak = WEAK**2 * s[-1]
+    d = DAMPING * weak * np.maximum(0.0, 1.0 - (s / weak) ** 2)
+    multipliers: Array = w @ ((w.T @ (equations.p2 - J @ free)) * s / (s**2 + d**2))
     return np.asarray(free + Z @ multipliers, dtype=float), multipliers
 
 

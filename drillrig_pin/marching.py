@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from drillrig_pin.assembly import RANK
-from drillrig_pin.dynamics import Dynamics
+from drillrig_pin.dynamics import WEAK, Dynamics
 from drillrig_pin.elements.cylinder import Cylinder
 from drillrig_pin.errors import SingularConfigurationError, Status
 from drillrig_pin.kinematics import Array
@@ -32,14 +32,15 @@ def march_python(dynamics: Dynamics) -> tuple[March, Rates]:
         # SciPy's integrators take a third of a second to import, which a run in the core need not wait for.
         from drillrig_pin.integrators import integrate
 
-        watch = RankWatch()
+        watch = RankWatch() if dynamics.formulation != "damped" else None
         every = max(1, len(samples) // 200)
         with np.errstate(all="ignore"):
             for t, y in integrate(dynamics, dynamics.initial(), samples, dynamics.breakpoints(), settings, counter):
                 broken = broken_cylinder(dynamics)
                 if broken:
                     raise StoppedError(Status.DIVERGED, t, broken, y)
-                watch.look(dynamics.space.J)
+                if watch is not None:
+                    watch.look(dynamics.space.J)
                 recorder.record(t, y)
                 if progress is not None and recorder.count % every == 0:
                     progress(t)
@@ -88,13 +89,11 @@ class RankWatch:
     its two singular vectors has changed sign, or both have turned because the motion took another path. Beyond such a
     point there is more than one path, and the equations cannot say which one the machine takes.
 
-    By Weyl's inequality s changes by no more than the Frobenius norm of the change of J. As long as J stays within s / 2
-    of where it was last looked at, there is nothing to see.
+    By Weyl's inequality s changes by no more than the Frobenius norm of the change of J. As long as J stays within
+    s / 2 of where it was last looked at, there is nothing to see.
     """
 
-    #: A singular value below this fraction of the largest may be on its way through zero.
-    WEAK = 0.05
-    #: Cosine above which the vectors of two samples are those of one smooth motion; below its negative, one turned over.
+    #: Cosine above which the vectors of two samples are those of one smooth motion; below its negative, one has turned.
     SAME = 0.5
 
     def __init__(self) -> None:
@@ -119,7 +118,7 @@ class RankWatch:
         if self._last is not None:
             _, before, left_before, right_before = self._last
             same = float((left @ left_before) * (right @ right_before))
-            weak = max(value, before) < self.WEAK * self._largest
+            weak = max(value, before) < WEAK * self._largest
             if same < (self.SAME if weak else -self.SAME):
                 raise SingularConfigurationError("the constraint Jacobian has passed through a loss of rank")
         self._last = J.copy(), value, left, right

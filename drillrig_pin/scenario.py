@@ -78,7 +78,9 @@ class Scenario(_Part):
     engine: Literal["auto", "core", "python"] = Field(
         "auto", description="compiled core, readable Python, or the core where it is installed and has the method"
     )
-    formulation: Literal["multipliers", "null_space"] = Field("multipliers", description="how constraints are solved")
+    formulation: Literal["multipliers", "null_space", "damped"] = Field(
+        "multipliers", description="how constraints are solved; damped: passes singular positions along the smooth path"
+    )
     stabilization: Stabilization = Field(default_factory=Stabilization)
     integrator: Integrator = Field(default_factory=Integrator)
 

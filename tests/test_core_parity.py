@@ -30,7 +30,7 @@ from drillrig_pin.simulation import prepare
 core = pytest.importorskip("drillrig_pin.core", reason="the package was built without a C++ compiler")
 
 STATES = 1000
-FORMULATIONS = ("multipliers", "null_space")
+FORMULATIONS = ("multipliers", "null_space", "damped")
 CORRECTIONS = ("none", "baumgarte", "sliding_mode")
 
 

@@ -106,6 +106,7 @@ def test_every_shipped_scenario_runs_alike(name: str, method: str) -> None:
     "changes",
     [
         {"formulation": "null_space"},
+        {"formulation": "damped"},
         {"stabilization.projection": False},
         {"stabilization.method": "none"},
         {"stabilization.method": "sliding_mode"},

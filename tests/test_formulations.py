@@ -8,7 +8,14 @@ import pytest
 from rigs import bennett, four_bar, tree
 
 from drillrig_pin import Rig, Scenario, SingularConfigurationError, load_rig_text
-from drillrig_pin.dynamics import Dynamics, Equations, solve_least_norm, solve_multipliers, solve_null_space
+from drillrig_pin.dynamics import (
+    Dynamics,
+    Equations,
+    solve_damped,
+    solve_least_norm,
+    solve_multipliers,
+    solve_null_space,
+)
 from drillrig_pin.kinematics import Array
 from drillrig_pin.simulation import prepare
 
@@ -114,3 +121,29 @@ def test_without_constraints_both_forms_are_plain_newton() -> None:
         a, reaction = solve(equations)
         np.testing.assert_allclose(a, [1.0, 0.5], rtol=1e-15)
         assert reaction.size == 0
+
+
+def test_damped_multipliers_are_plain_ones_away_from_singular_positions(mkz49: Rig) -> None:
+    """No direction of the face is weak: the filter is off, and what remains is another way to invert."""
+    plain, damped = (prepare(mkz49, Scenario(formulation=name)) for name in ("multipliers", "damped"))
+    equations = plain.assemble(0.0, *np.split(plain.initial()[:-2], 2))
+    (a, multipliers), (b, others) = plain.solve(equations), damped.solve(equations)
+    assert np.abs(a - b).max() < 1e-11 * np.abs(a).max()
+    assert np.abs(multipliers - others).max() < 1e-11 * np.abs(multipliers).max()
+
+
+def test_damped_multipliers_let_go_where_plain_ones_grow_without_end() -> None:
+    """Two rows that become one and ask for different accelerations: multipliers grow as 1 / angle^2."""
+
+    def greatest(angle: float) -> tuple[float, float]:
+        J = np.array([[1.0, 0.0, 0.0], [np.cos(angle), np.sin(angle), 0.0]])
+        equations = Equations(np.eye(3), np.zeros(3), J, np.array([1.0, 0.9]), np.zeros(2), np.zeros(2))
+        return np.abs(solve_multipliers(equations)[1]).max(), np.abs(solve_damped(equations)[1]).max()
+
+    # s = angle^2 / 2 against d = 5e-8: one per cent of damping at a milliradian, nearly free at a microradian.
+    plain, damped = greatest(1e-3)
+    assert plain == pytest.approx(0.1 / 1e-3**2, rel=0.01)
+    assert damped == pytest.approx(plain, rel=0.02)
+    plain, damped = greatest(1e-6)
+    assert plain > 5e10
+    assert damped < 20

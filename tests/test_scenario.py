@@ -41,7 +41,7 @@ def test_the_default_is_hole_9_for_ten_seconds_at_one_kilohertz() -> None:
         ("integrator:\n  method: Euler", ("scenario.integrator.method", "'Euler'", "DOP853")),
         ("integrator:\n  rtol: 1e-20", ("scenario.integrator.rtol",)),
         ("integrator: RK4", ("scenario.integrator",)),
-        ("formulation: lagrange", ("'multipliers' or 'null_space'",)),
+        ("formulation: lagrange", ("'multipliers', 'null_space' or 'damped'",)),
         ("loads: [3]", ("scenario.loads",)),
         ("positions:\n  boom_lift: high", ("scenario.positions.boom_lift",)),
         ("velocities:\n  boom_lift: .nan", ("scenario.velocities.boom_lift", "finite")),

@@ -45,7 +45,7 @@ inline double dot(const double* a, const double* b, int n) {
   return sum;
 }
 
-// Eigenvalues (left on the diagonal of S) and vectors (columns of V) of a symmetric n x n matrix by Jacobi's rotations.
+// Eigenvalues (left on the diagonal of S) and vectors (rows of V) of a symmetric n x n matrix by Jacobi's rotations.
 inline void eigen(double* S, int n, double* V) {
   constexpr int kSweeps = 30;
   for (int i = 0; i < n * n; ++i) V[i] = i % (n + 1) == 0 ? 1.0 : 0.0;
@@ -54,29 +54,29 @@ inline void eigen(double* S, int n, double* V) {
     turned = false;
     double largest = 0.0;
     for (int i = 0; i < n; ++i) largest = std::fmax(largest, std::abs(S[i * n + i]));
+    // Below this the rotations only stir their own rounding.
+    const double nothing = 1e-16 * n * largest;
     for (int p = 0; p < n; ++p) {
       for (int q = p + 1; q < n; ++q) {
         const double off = S[p * n + q];
-        if (!(std::abs(off) > 1e-16 * largest)) continue;
+        if (!(std::abs(off) > nothing)) continue;
         turned = true;
         const double theta = (S[q * n + q] - S[p * n + p]) / (2.0 * off);
         const double t = (theta < 0.0 ? -1.0 : 1.0) / (std::abs(theta) + std::sqrt(theta * theta + 1.0));
         const double c = 1.0 / std::sqrt(t * t + 1.0), s = t * c;
-        for (int k = 0; k < n; ++k) {
-          const double a = S[k * n + p], b = S[k * n + q];
-          S[k * n + p] = c * a - s * b;
-          S[k * n + q] = s * a + c * b;
-        }
-        for (int k = 0; k < n; ++k) {
-          const double a = S[p * n + k], b = S[q * n + k];
-          S[p * n + k] = c * a - s * b;
-          S[q * n + k] = s * a + c * b;
-        }
+        S[p * n + p] -= t * off;
+        S[q * n + q] += t * off;
         S[p * n + q] = S[q * n + p] = 0.0;
         for (int k = 0; k < n; ++k) {
-          const double a = V[k * n + p], b = V[k * n + q];
-          V[k * n + p] = c * a - s * b;
-          V[k * n + q] = s * a + c * b;
+          if (k == p || k == q) continue;
+          const double a = S[p * n + k], b = S[q * n + k];
+          S[k * n + p] = S[p * n + k] = c * a - s * b;
+          S[k * n + q] = S[q * n + k] = s * a + c * b;
+        }
+        for (int k = 0; k < n; ++k) {
+          const double a = V[p * n + k], b = V[q * n + k];
+          V[p * n + k] = c * a - s * b;
+          V[q * n + k] = s * a + c * b;
         }
       }
     }

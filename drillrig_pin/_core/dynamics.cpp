@@ -53,6 +53,7 @@ Dynamics::Dynamics(const RigSpec& spec, const LawCallback& callback)
   L_small_.assign(m_ * m_, 0.0);
   vectors_.assign(m_ * m_, 0.0);
   S_.setZero(m_, m_);
+  looked_at_.setZero(m_, m_);
   K_.setZero(nv, nv);
   Q_.setZero(nv, nv);
   M_full_.setZero(nv, nv);

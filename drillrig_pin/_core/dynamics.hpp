@@ -32,6 +32,7 @@ class Dynamics {
   // J (m x nv, row-major) at the state last evaluated, and below which fraction of the largest a singular value is zero.
   const double* jacobian() const { return J_.data(); }
   double rank_threshold() const { return spec_.rank_threshold; }
+  bool watches_rank() const { return !damped(); }
   // True if a force's coordinate has left its range: a cylinder its stroke.
   bool out_of_range() const;
   void points(double* out) const;
@@ -58,9 +59,11 @@ class Dynamics {
   void eliminate(const double* p1, const double* p2);
   void substitute();
   bool solve_multipliers(const double* p1, const double* p2);
-  void solve_least_norm(const double* p1, const double* p2);
+  void solve_by_values(const double* p1, const double* p2);
   bool solve_null_space(const double* p1, const double* p2);
   void invert_on_range();
+  void invert_damped();
+  bool damped() const { return spec_.formulation == Formulation::damped; }
   bool smallest_step(const double* violation);
   void row_of(int wrench, double* out) const;
 
@@ -75,10 +78,11 @@ class Dynamics {
   std::vector<Wrench> W_, V_, applied_;                     // per wrench; per joint; per joint
   std::vector<Eigen::Vector3d> end_, axis_, base_axis_;     // per wrench
   std::vector<double> L_, Z_, small_, L_small_, J_;         // Cholesky of M; L^-1 J^T, J M^-1 J^T, its factor; J by rows
-  std::vector<double> vectors_;                             // eigenvectors of S_ by columns
+  std::vector<double> vectors_;                             // eigenvectors of S_ by rows
   Eigen::VectorXd p1_, p2_, zero_v_, step_, tmp_m_;
-  // Only for redundant rows and the null space formulation.
-  Eigen::MatrixXd S_, K_, Jt_, Q_, M_full_;
+  // Only for redundant rows and the formulations without plain multipliers.
+  double margin_ = -1.0;  // of S_ around looked_at_; negative: always look
+  Eigen::MatrixXd S_, looked_at_, K_, Jt_, Q_, M_full_;
   Eigen::VectorXd tmp_v_, right_;
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr_;
   Eigen::PartialPivLU<Eigen::MatrixXd> lu_;

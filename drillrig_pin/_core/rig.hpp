@@ -32,7 +32,7 @@ struct Coordinates {
   int size() const { return static_cast<int>(joints.size()) + others(); }
 };
 
-enum class Formulation : int { multipliers, null_space };
+enum class Formulation : int { multipliers, null_space, damped };
 enum class Correction : int { none, baumgarte, sliding_mode };
 
 struct RigSpec {

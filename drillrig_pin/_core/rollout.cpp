@@ -152,7 +152,7 @@ RunReport run(Dynamics& dynamics, const double* y0, const RunSettings& settings,
   if (status != Status::completed) return finish(status);
   // The choice of a first step evaluates elsewhere; the record wants the start itself.
   dynamics.rate(stops[0], y0, stepper.f.data());
-  RankWatch ranks(dynamics.m(), dynamics.nv, dynamics.rank_threshold());
+  RankWatch ranks(dynamics.watches_rank() ? dynamics.m() : 0, dynamics.nv, dynamics.rank_threshold());
   if (dynamics.out_of_range()) return finish(Status::diverged);
   if (!ranks.look(dynamics.jacobian())) return finish(Status::singular);
   record(dynamics, output, report.samples++, stops[0], y0, points);

@@ -18,8 +18,8 @@ bool Dynamics::solve(const double* p1, const double* p2) {
   }
   factored_ = dense::factor(tree_.M(), nv, L_.data());
   if (!factored_) return false;
-  if (spec_.rank < m_) {
-    solve_least_norm(p1, p2);
+  if (spec_.rank < m_ || damped()) {
+    solve_by_values(p1, p2);
     return true;
   }
   return solve_multipliers(p1, p2);
@@ -59,13 +59,21 @@ bool Dynamics::solve_multipliers(const double* p1, const double* p2) {
   return true;
 }
 
-// The same with redundant rows: of all multipliers those of least norm.
-void Dynamics::solve_least_norm(const double* p1, const double* p2) {
+// The same by eigenvalues of S: of all multipliers those of least norm, or the damped ones.
+void Dynamics::solve_by_values(const double* p1, const double* p2) {
   eliminate(p1, p2);
   for (int i = 0; i < m_; ++i)
     for (int j = 0; j <= i; ++j) S_(i, j) = S_(j, i) = small_[i * m_ + j];
+  if (damped() && (S_ - looked_at_).norm() <= margin_ && dense::factor(small_.data(), m_, L_small_.data())) {
+    dense::forward(L_small_.data(), m_, lambda.data());
+    dense::backward(L_small_.data(), m_, lambda.data());
+    return substitute();
+  }
   tmp_m_ = lambda;
-  invert_on_range();
+  if (damped())
+    invert_damped();
+  else
+    invert_on_range();
   substitute();
 }
 
@@ -81,8 +89,29 @@ void Dynamics::invert_on_range() {
     // A value that is not a number stays one.
     if (larger >= spec_.rank) continue;
     double part = 0.0;
-    for (int k = 0; k < m_; ++k) part += vectors_[k * m_ + i] * tmp_m_[k];
-    for (int k = 0; k < m_; ++k) lambda[k] += vectors_[k * m_ + i] * (part / value);
+    for (int k = 0; k < m_; ++k) part += vectors_[i * m_ + k] * tmp_m_[k];
+    for (int k = 0; k < m_; ++k) lambda[k] += vectors_[i * m_ + k] * (part / value);
+  }
+}
+
+// lambda = sum of w (w . tmp_m_) s / (s^2 + d^2) over eigenvalues s of S: solve_damped in drillrig_pin/dynamics.py.
+void Dynamics::invert_damped() {
+  if (m_ == 0) return;
+  constexpr double kWeak = 0.05, kDamping = 1e-5;
+  looked_at_ = S_;
+  dense::eigen(S_.data(), m_, vectors_.data());
+  lambda.setZero();
+  const double largest = S_.diagonal().maxCoeff();
+  const double weak = kWeak * kWeak * largest;
+  // No direction is weak while S stays this near (Weyl): then plain multipliers do, at a tenth of the cost.
+  margin_ = (S_.diagonal().minCoeff() - weak) / (1.0 + kWeak * kWeak);
+  for (int i = 0; i < m_; ++i) {
+    const double s = S_(i, i), ratio = s / weak;
+    const double d = kDamping * weak * std::max(0.0, 1.0 - ratio * ratio);
+    double part = 0.0;
+    for (int k = 0; k < m_; ++k) part += vectors_[i * m_ + k] * tmp_m_[k];
+    part *= s / (s * s + d * d);
+    for (int k = 0; k < m_; ++k) lambda[k] += vectors_[i * m_ + k] * part;
   }
 }
 
@@ -118,8 +147,8 @@ bool Dynamics::solve_null_space(const double* p1, const double* p2) {
 }
 
 bool Dynamics::smallest_step(const double* violation) {
-  if (spec_.rank == m_) return solve_multipliers(zero_v_.data(), violation);
-  solve_least_norm(zero_v_.data(), violation);
+  if (spec_.rank == m_ && !damped()) return solve_multipliers(zero_v_.data(), violation);
+  solve_by_values(zero_v_.data(), violation);
   return true;
 }
 

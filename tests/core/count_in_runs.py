@@ -72,7 +72,7 @@ allocations = ctypes.CDLL(None).allocations
 allocations.restype = ctypes.c_ulong
 result = {}
 for name, (rig, changes) in MACHINES.items():
-    for formulation in ("multipliers", "null_space"):
+    for formulation in ("multipliers", "null_space", "damped"):
         dynamics = CompiledDynamics(prepare(rig, Scenario(formulation=formulation, **changes)))
         dynamics.rig = Counted(dynamics.rig)
         for method in CORE_METHODS:

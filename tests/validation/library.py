@@ -9,7 +9,7 @@ from rigs import joint, link, point, robot
 from scipy.optimize import brentq
 from scipy.special import ellipj, ellipk
 
-from drillrig_pin import Scenario, Status, load_rig_text, simulate
+from drillrig_pin import Scenario, Status, Trajectory, load_rig_text, simulate
 from drillrig_pin.kinematics import Array
 from validation.record import Row
 from validation.settings import ENGINES, TIGHT, deviation
@@ -29,20 +29,15 @@ instead. A01, released at rest from the horizontal: sin(θ/2) = k sn(K(k) + ω t
 ω² = 1 + 4 W / I, k² = 4 W / (I ω²).
 
 In the horizontal position of A02 the constraint Jacobian loses rank and every four-bar may go on as a parallelogram
-or as an antiparallelogram. A run stops there with status *singular configuration* rather than choose. So A02 is
-compared up to the first horizontal position, the moment of the stop is checked, and the full 20 s are counted as not
-met.
+or as an antiparallelogram. A run stops there with status *singular configuration* rather than choose: compared up to
+there, with the moment of the stop. The damped formulation lets go of the directions that the constraints hardly hold
+and follows the smooth path, which is that of the closed form: compared over the whole 20 s.
 """
 G = 9.81
 PRECISE, THRESHOLD = 1e-3, 1e-3
-BETWEEN_SAMPLES = (
-    "the loss of rank is looked for at samples; at the 20 Hz of A02 a single four-bar passes it between two of them, "
-    "as the parallelogram it was, and is stopped at a later one"
-)
 LATE_PHASE = (
     "each of 844 periods adds to the phase what the tolerance of 1e-8 allows; so long a run needs a tighter one"
 )
-HORIZONTAL_SINGULAR = "the run stops at a singular position, by design: beyond it there is more than one path"
 
 
 def pendulum_a01() -> str:
@@ -118,37 +113,25 @@ def _a02(short: bool) -> Iterator[Row]:
             about = f"A02 with N = {n}, {engine}"
             before = np.floor(flat * 20.0) / 20.0
             run = simulate(rig, case.changed({"duration": before, "engine": engine}))
-            angle, rate = a02_exact(run.time, n)
-            b0 = run.labels["point"].index("B0")
-            exact = np.stack([np.cos(angle), np.sin(angle), -np.sin(angle) * rate], axis=1)
-            q, v = run.of("q", "foot_0"), run.of("v", "foot_0")
-            measured = np.column_stack([run.point_position[:, b0, :2], -np.sin(q) * v])
-            error = deviation(measured, exact, THRESHOLD)
-            yield Row(
-                f"{about}: position and velocity of B0 up to {before:g} s",
-                "closed form; bar: high precision of A02",
-                error,
-                high=PRECISE,
-            )
+            yield _b0(f"{about}: position and velocity of B0 up to {before:g} s", run, n)
             drift = float(np.abs(run.energy_residual).max() / np.ptp(run.energy_potential))
             yield Row(f"{about}: energy over the energy exchanged", "conservation", drift, high=1e-7)
             whole = simulate(rig, case.changed({"duration": 20.0, "engine": engine}))
             stopped = whole.outcome.status is Status.SINGULAR
             late = abs(whole.outcome.time - flat) if stopped else np.inf
-            unnoticed = BETWEEN_SAMPLES if n == 1 else ""
-            yield Row(
-                f"{about}: stop against the first horizontal position",
-                f"closed form, {flat:.6f} s",
-                late,
-                high=0.05,
-                unit="s",
-                miss=unnoticed,
-            )
-            yield Row(
-                f"{about}: simulated of the 20 s asked for",
-                "A02",
-                whole.time[-1],
-                low=20.0,
-                unit="s",
-                miss=HORIZONTAL_SINGULAR,
-            )
+            words = f"{about}: stop against the first horizontal position"
+            yield Row(words, f"closed form, {flat:.6f} s", late, high=0.05, unit="s")
+            passed = simulate(rig, case.changed({"duration": 20.0, "engine": engine, "formulation": "damped"}))
+            yield _b0(f"{about}, damped: position and velocity of B0 over {passed.time[-1]:g} s", passed, n)
+            drift = float(np.abs(passed.energy_residual).max() / np.ptp(passed.energy_potential))
+            yield Row(f"{about}, damped: energy over the energy exchanged", "conservation", drift, high=1e-7)
+
+
+def _b0(claim: str, run: Trajectory, n: int) -> Row:
+    """Position and velocity of B0 against the closed form; a run that stopped early proves nothing."""
+    angle, rate = a02_exact(run.time, n)
+    exact = np.stack([np.cos(angle), np.sin(angle), -np.sin(angle) * rate], axis=1)
+    q, v = run.of("q", "foot_0"), run.of("v", "foot_0")
+    measured = np.column_stack([run.point_position[:, run.labels["point"].index("B0"), :2], -np.sin(q) * v])
+    error = deviation(measured, exact, THRESHOLD) if run.outcome.completed else np.inf
+    return Row(claim, "closed form; bar: high precision of A02", error, high=PRECISE)
