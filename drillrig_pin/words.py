@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Sequence
 
 
 def number(value: float | None, digits: int = 4) -> str:
@@ -48,6 +50,39 @@ def reading(unit: str, size: float) -> tuple[str, float]:
     return unit, 1.0
 
 
+#: More units people write: factor from SI and unit of SI.
+WRITTEN = {
+    "deg": (180 / math.pi, "rad"),
+    "mrad": (1e3, "rad"),
+    "cm": (1e2, "m"),
+    "um": (1e6, "m"),
+    "kPa": (1e-3, "Pa"),
+    "MPa": (1e-6, "Pa"),
+    "kNm": (1e-3, "N m"),
+    "Nm": (1.0, "N m"),
+    "Hz": (1.0, "Hz"),
+}
+
+
+def si(text: str) -> tuple[float, str]:
+    """A number with or without unit in SI, e.g. ``2 bar`` as ``(2e5, "Pa")``; the unit is empty where none is written.
+
+    Raises:
+        ValueError: no number, or a unit nobody reads here.
+    """
+    match = re.fullmatch(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*", text)
+    if match is None or not math.isfinite(float(match[1])):
+        raise ValueError(f"{text!r} is not a number with a unit")
+    value, unit = float(match[1]), match[2]
+    known = {name: (factor, base) for base, ways in READ.items() for name, factor, _ in ways}
+    known |= {base: (1.0, base) for base in READ} | WRITTEN | {"": (1.0, "")}
+    if unit not in known:
+        raise ValueError(f"{text!r}: there is no unit {unit!r}; units are {', '.join(name for name in known if name)}")
+    factor, base = known[unit]
+    # Twelve digits: 2.5 bar are 250000 Pa.
+    return float(f"{value / factor:.12g}"), base
+
+
 def quantity(value: float | None, unit: str, digits: int = 3) -> str:
     """A value given in SI with the unit people read it in, e.g. ``0.0123 m`` as ``12.3 mm``; a dash for None."""
     if value is None:
@@ -55,6 +90,12 @@ def quantity(value: float | None, unit: str, digits: int = 3) -> str:
     name, factor = reading(unit, value if value else 1.0)
     space = "" if name == "°" else " "
     return f"{number(value * factor, digits)}{space}{name}".rstrip()
+
+
+def in_one_unit(values: Sequence[float | None], unit: str) -> list[str]:
+    """Values given in SI as people read them, all in the unit that suits the largest; a dash for None."""
+    name, factor = reading(unit, max((abs(value) for value in values if value is not None), default=1.0) or 1.0)
+    return ["–" if value is None else f"{value * factor:.6g} {name}".rstrip() for value in values]
 
 
 def measure_name(name: str) -> str:

@@ -24,9 +24,9 @@ from drillrig_pin.batch.cases import unfold
 from drillrig_pin.batch.pools import BatchError, DiedError, LocalPool, TimeOutError, cause_of
 from drillrig_pin.batch.runner import run_study
 from drillrig_pin.batch.store import Store
-from drillrig_pin.batch.study import Study
+from drillrig_pin.batch.study import Study, load_study
 from drillrig_pin.batch.worker import Answer
-from drillrig_pin.errors import ResultFileError
+from drillrig_pin.errors import ResultFileError, ScenarioError
 
 SCRIPTS = Path(sys.executable).parent
 #: They say how long something took; everything else is the same in every run.
@@ -212,6 +212,33 @@ def test_the_worst_cases_are_kept_as_the_runs_they_were(tmp_path: Path) -> None:
     for index, path in finished.kept.items():
         row = next(row for row in rows if row["case"] == index)
         assert load_trajectory(path).content_hash == row["content_hash"]
+
+
+def test_all_runs_are_kept_also_those_an_earlier_command_solved_and_those_without_the_first_metric(
+    tmp_path: Path,
+) -> None:
+    axes = [{"name": "model.boom_length", "list": [1.94, 0.5, 1.9]}]
+    run_study(study(axes=axes), tmp_path, workers=1)
+    finished = run_study(study(axes=axes), tmp_path, workers=2, keep="all")
+    assert finished.tally.since_start == 0
+    rows = table(finished.table)
+    assert [row["status"] for row in rows] == ["completed", "failed", "completed"]
+    assert set(finished.kept) == {0, 2}
+    for index, path in finished.kept.items():
+        assert load_trajectory(path).content_hash == rows[index]["content_hash"]
+
+
+def test_a_metric_that_no_run_has_is_said_with_its_line_after_the_first_run(tmp_path: Path) -> None:
+    path = tmp_path / "s.yaml"
+    head = "set: {scenario.duration: 0.1}\naxes:\n  - name: scenario.velocities.boom_swing\n"
+    path.write_text(
+        head + "    range: {start: 0, stop: 0.01, count: 20}\nmetrics:\n  - S.z.rms\n  - lift_cylindr.p_m*\n"
+    )
+    with pytest.raises(ScenarioError) as caught:
+        run_study(load_study(path), tmp_path / "out", workers=1)
+    assert "s.yaml:7: no run of this study has a metric 'lift_cylindr.p_m*'" in str(caught.value)
+    assert "Did you mean 'lift_cylinder.p_m" in str(caught.value)
+    assert 1 <= len(table(tmp_path / "out" / "results.parquet")) < 20
 
 
 def test_the_commands_answer_in_json_and_in_one_sentence(drillrig: Command, tmp_path: Path) -> None:

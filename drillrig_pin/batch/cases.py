@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import itertools
 import json
-from collections.abc import Mapping
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -35,11 +35,12 @@ class Question:
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """One row of the table: its number, what is varied in it, and the question asked."""
+    """One row of the table: its number, what is varied in it, the question asked, and what places it in a plan."""
 
     index: int
     inputs: dict[str, Any]
     question: Question
+    tags: dict[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -51,17 +52,64 @@ class Plan:
         base: scenario the cases start from.
         fingerprint: of the model files of all models in the study, by model name.
         cases: in the order of the table.
+        purpose: the command that planned the cases.
     """
 
     study: Study
     base: Scenario
     fingerprint: dict[str, str]
     cases: list[Case] = field(repr=False)
+    purpose: str = "sweep"
 
     @property
     def aim(self) -> Aim | None:
         """How the machine is aimed at the holes."""
         return self.study.holes
+
+
+class Asker:
+    """Makes cases of one study.
+
+    Attributes:
+        study, base: the study and the scenario its cases start from.
+        file: model of the base scenario.
+        fingerprint: of the model files met so far, by model name.
+
+    Raises:
+        ScenarioError, ModelError: the study does not fit its model.
+    """
+
+    def __init__(self, study: Study) -> None:
+        self.study, self.base = study, study.base
+        self.file = require_names(study)
+        self.fingerprint: dict[str, str] = {}
+        fixed = {
+            "base": self.base.model_dump(mode="json", exclude={"name", "text"}),
+            "versions": versions(),
+            "metrics": study.all_metrics(),
+        }
+        self._start = hashlib.sha256(json.dumps(fixed, sort_keys=True).encode())
+        self._aim = ""
+        if study.holes is not None:
+            self._aim = json.dumps(study.holes.model_dump(mode="json", exclude={"places"}), sort_keys=True)
+
+    def case(self, index: int, inputs: dict[str, Any], tags: dict[str, int] | None = None) -> Case:
+        """The case with these values of everything that is varied; ModelError if its model cannot be read."""
+        holes = self.study.holes
+        hole = holes.places[inputs["hole"]] if holes and "hole" in inputs else None
+        changes = dict(field_change(name, value) for name, value in inputs.items() if name != "hole")
+        model = str(changes.get("model", self.base.model))
+        if model not in self.fingerprint:
+            self.fingerprint[model] = model_fingerprint(model)
+        content = self._start.copy()
+        content.update(json.dumps([changes, self.fingerprint[model]], sort_keys=True).encode())
+        if hole is not None:
+            content.update((self._aim + hole.model_dump_json(exclude={"source"})).encode())
+        return Case(index, inputs, Question(content.hexdigest(), changes, hole), tags or {})
+
+    def plan(self, cases: list[Case], purpose: str = "sweep") -> Plan:
+        """These cases as a plan; the list may grow while it is carried out."""
+        return Plan(self.study, self.base, self.fingerprint, cases, purpose)
 
 
 def unfold(study: Study) -> Plan:
@@ -70,41 +118,17 @@ def unfold(study: Study) -> Plan:
     Raises:
         ScenarioError, ModelError: the study does not fit its model; two models cannot be read; too many cases.
     """
-    require_names(study)
-    base, holes = study.base, study.holes
+    asker = Asker(study)
     points = [list(axis.points()) for axis in study.axes]
-    count = 1
-    for column in points:
-        count *= len(column)
+    require_few(study, math.prod(len(column) for column in points))
+    combinations = enumerate(itertools.product(*points))
+    return asker.plan([asker.case(i, {k: v for point in row for k, v in point.items()}) for i, row in combinations])
+
+
+def require_few(study: Study, count: int) -> None:
+    """ScenarioError for more cases than anybody can mean."""
     if count > MAX_CASES:
         raise ScenarioError(f"the study has {count} cases, more than {MAX_CASES}", where=study.name)
-    fixed = {
-        "base": base.model_dump(mode="json", exclude={"name", "text"}),
-        "versions": versions(),
-        "metrics": study.all_metrics(),
-    }
-    start = hashlib.sha256(json.dumps(fixed, sort_keys=True).encode())
-    aim = json.dumps(_aiming(study), sort_keys=True) if holes else ""
-    fingerprint: dict[str, str] = {}
-    cases = []
-    for index, combination in enumerate(itertools.product(*points)):
-        inputs = {name: value for point in combination for name, value in point.items()}
-        hole = holes.places[inputs["hole"]] if holes and "hole" in inputs else None
-        changes = dict(field_change(name, value) for name, value in inputs.items() if name != "hole")
-        model = str(changes.get("model", base.model))
-        if model not in fingerprint:
-            fingerprint[model] = model_fingerprint(model)
-        content = start.copy()
-        content.update(json.dumps([changes, fingerprint[model]], sort_keys=True).encode())
-        if hole is not None:
-            content.update((aim + hole.model_dump_json(exclude={"source"})).encode())
-        cases.append(Case(index, inputs, Question(content.hexdigest(), changes, hole)))
-    return Plan(study, base, fingerprint, cases)
-
-
-def _aiming(study: Study) -> Mapping[str, Any]:
-    assert study.holes is not None
-    return study.holes.model_dump(mode="json", exclude={"places"})
 
 
 def model_fingerprint(model: str) -> str:

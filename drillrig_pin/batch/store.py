@@ -7,7 +7,7 @@ import fcntl
 import json
 import math
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -147,6 +147,8 @@ def _table(plan: Plan, found: dict[str, Answer]) -> pyarrow.Table:
 
     rows = [(case, found[case.question.key]) for case in plan.cases if case.question.key in found]
     columns: dict[str, list[Any]] = {"case": [case.index for case, _ in rows]}
+    for name in _union(case.tags for case, _ in rows):
+        columns[name] = [case.tags.get(name) for case, _ in rows]
     units: dict[str, str] = {}
     for name in plan.study.names:
         columns[name] = _even([case.inputs[name] for case, _ in rows])
@@ -158,7 +160,8 @@ def _table(plan: Plan, found: dict[str, Answer]) -> pyarrow.Table:
         columns["hole.assumed"] = [hole is not None and hole.source.startswith("assumed") for hole in holes]
     for name in _union(answer.found for _, answer in rows):
         columns[f"position.{name}"] = [answer.found.get(name) for _, answer in rows]
-    for name in _union(answer.metrics for _, answer in rows):
+    metrics = _union(answer.metrics for _, answer in rows)
+    for name in metrics:
         values = (answer.metrics.get(name) for _, answer in rows)
         columns[name] = [value if value is not None and math.isfinite(value) else None for value in values]
     for _, answer in rows:
@@ -169,9 +172,11 @@ def _table(plan: Plan, found: dict[str, Answer]) -> pyarrow.Table:
     units |= {"solve_time": "s", "wall_time": "s"}
     about = {
         "format": FORMAT,
+        "purpose": plan.purpose,
         "study": plan.study.model_dump_json(),
         "scenario": plan.base.model_dump_json(),
         "units": json.dumps(units),
+        "metrics": json.dumps(metrics),
         "versions": json.dumps(versions()),
         "cases": str(len(plan.cases)),
     }
@@ -187,6 +192,6 @@ def _even(values: list[Any]) -> list[Any]:
     return [value if isinstance(value, str) else json.dumps(value) for value in values]
 
 
-def _union(found: Iterable[dict[str, Any]]) -> list[str]:
+def _union(found: Iterable[Mapping[str, Any]]) -> list[str]:
     """Names in order of their first appearance."""
     return list(dict.fromkeys(name for item in found for name in item))

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError, field_validator, model_validator
 
 from drillrig_pin.batch.axes import KINDS, Axis, Holes, HolesAxis, names_of
 from drillrig_pin.batch.measures import require_known
+from drillrig_pin.batch.settings import OptimizeSettings, SensitivitySettings
 from drillrig_pin.batch.yamllines import Lines, read_yaml_lines
 from drillrig_pin.errors import DrillrigError, ModelError, ScenarioError, Source, legal_names, shown
 from drillrig_pin.files import shipped_studies
@@ -50,6 +52,11 @@ class Study(BaseModel):
         DEFAULT_METRICS
     )
     worst: str | None = Field(None, description="metric that tells the worst case; none: the first one")
+    sensitivity: SensitivitySettings = Field(SensitivitySettings(), description="for drillrig sensitivity")
+    optimize: OptimizeSettings = Field(OptimizeSettings(), description="for drillrig optimize")
+
+    _lines: Lines | None = PrivateAttr(None)
+    _options: dict[tuple[str | int, ...], str] = PrivateAttr(default_factory=dict)
 
     def __init__(self, **fields: Any) -> None:
         try:
@@ -95,13 +102,56 @@ class Study(BaseModel):
 
     def changed(self, changes: Mapping[str, Any]) -> Study:
         """A copy in which all cases have more changed, by ``model.X`` and ``scenario.Y``."""
-        fields = {name: getattr(self, name) for name in type(self).model_fields}
-        return Study(**(fields | {"set": {**self.set, **changes}}))
+        return self.having(set={**self.set, **changes})
+
+    def having(self, **fields: Any) -> Study:
+        """A copy with other fields."""
+        study = Study(**({name: getattr(self, name) for name in type(self).model_fields} | fields))
+        study._lines, study._options = self._lines, self._options
+        return study
+
+    def deciding(self, section: str, **given: Any) -> Study:
+        """A copy with settings of ``sensitivity`` or ``optimize`` given anew; None leaves one as it is.
+
+        Raises:
+            ScenarioError: a value that cannot be, with the option it was given by.
+        """
+        given = {name: value for name, value in given.items() if value is not None}
+        for goal, other in (("minimize", "maximize"), ("maximize", "minimize")):
+            if goal in given and other not in given:
+                given = {other: None, **given}
+        try:
+            study = self.having(**{section: getattr(self, section).model_dump() | given})
+        except StudyError as error:
+            name = next((str(part) for part in error.way[1:] if part in given), next(iter(given), section))
+            what = error.what.removeprefix(f"{section}.").removeprefix(f"{name}: ").removeprefix(f"{section}: ")
+            raise ScenarioError(what, where=_option(name), todo=error.todo) from None
+        study._options = {(section, name): _option(name) for name in given}
+        return study
+
+    def asked(self) -> Iterator[tuple[tuple[str | int, ...], str]]:
+        """Every name or pattern of a metric in it, with the way to the entry; the default ones are nobody's wish."""
+        if tuple(self.metrics) != DEFAULT_METRICS:
+            yield from ((("metrics", i), pattern) for i, pattern in enumerate(self.metrics))
+        if self.worst is not None:
+            yield ("worst",), self.worst
+        for name in ("sensitivity", "optimize"):
+            yield from (((name, *way), pattern) for way, pattern in getattr(self, name).asked())
 
     def all_metrics(self) -> tuple[str, ...]:
-        """Patterns of what is measured, that of the worst case included."""
-        extra = () if self.worst is None or self.worst in self.metrics else (self.worst,)
-        return (*self.metrics, *extra)
+        """Patterns of what is measured, everything asked for included."""
+        patterns = list(self.metrics)
+        for _, asked in self.asked():
+            # A name that a pattern covers does not make the cases others than those a sweep has solved.
+            if not any(fnmatchcase(asked, pattern) for pattern in patterns):
+                patterns.append(asked)
+        return tuple(patterns)
+
+    def at(self, *way: str | int) -> Source | str | None:
+        """Where an entry was given: as an option of the command line, or in a line of the study's file."""
+        if way[:2] in self._options:
+            return self._options[way[:2]]
+        return self._lines.exactly(way) if self._lines else None
 
 
 def field_change(name: str, value: Any) -> tuple[str, Any]:
@@ -129,8 +179,24 @@ def load_study(path_or_name: str | Path) -> Study:
         study = Study(**content)
     except StudyError as error:
         raise ScenarioError(error.what, where=lines.at(error.way), todo=error.todo) from None
-    require_names(study, lines)
+    study._lines = lines
+    require_names(study)
     return study
+
+
+def study_text(study: Study) -> str:
+    """The study as YAML that :func:`load_study` reads, from any folder."""
+    import yaml
+
+    content = study.model_dump(mode="json", exclude_defaults=True) | {"scenario": study.scenario}
+    for field in ("model", "scenario"):
+        given = content.get(field)
+        if isinstance(given, str) and Path(given).is_file():
+            content[field] = str(Path(given).resolve())
+    order = [name for name in Study.model_fields if name in content]
+    ordered = {name: content[name] for name in order}
+    text: str = yaml.safe_dump(ordered, sort_keys=False, allow_unicode=True, width=120, default_flow_style=None)
+    return text
 
 
 def find_study(path_or_name: str | Path) -> Path:
@@ -145,19 +211,21 @@ def find_study(path_or_name: str | Path) -> Path:
     raise ScenarioError(f"no study named {path.name!r}", todo=advice)
 
 
-def require_names(study: Study, lines: Lines | None = None) -> ModelFile:
+def require_names(study: Study) -> ModelFile:
     """Make sure that base, axes and ``set`` fit the model; gives the model of the base scenario.
 
     Raises:
         ScenarioError, ModelError: with the line of what does not fit.
     """
 
+    lines = study._lines
+
     def at(*way: Any) -> Source | None:
         return lines.at(way) if lines else None
 
     with_line: Mapping[str, Any] = study.set
     for name, value in with_line.items():
-        _try(lambda name=name, value=value: field_change(name, value), at("set", name))
+        _try(lambda name=name, value=value: field_change(name, value), study.at("set", name))
     base: Scenario = _try(lambda: study.base, at("scenario"))
     try:
         file = read_model(base.model, {})
@@ -165,7 +233,7 @@ def require_names(study: Study, lines: Lines | None = None) -> ModelFile:
         raise ModelError(error.what, where=error.where or at("model"), todo=error.todo) from None
     known = file.declared
     for name in base.arguments:
-        _require_argument(name, known, at("set", f"model.{name}"))
+        _require_argument(name, known, study.at("set", f"model.{name}"))
     for i, axis in enumerate(study.axes):
         kind = next(kind for kind, cls in KINDS.items() if isinstance(axis, cls))
         for name, value in next(iter(axis.points())).items():
@@ -182,12 +250,16 @@ def require_names(study: Study, lines: Lines | None = None) -> ModelFile:
     return file
 
 
-def _require_argument(name: str, known: frozenset[str], where: Source | None) -> None:
+def _option(setting: str) -> str:
+    return "--constraint" if setting == "constraints" else f"--{setting}"
+
+
+def _require_argument(name: str, known: frozenset[str], where: Source | str | None) -> None:
     if name not in known:
         raise ModelError(f"the model has no argument {name!r}", where=where, todo=legal_names(name, known, "arguments"))
 
 
-def _try(make: Any, where: Source | None) -> Any:
+def _try(make: Any, where: Source | str | None) -> Any:
     try:
         return make()
     except DrillrigError as error:
@@ -213,7 +285,9 @@ def _study_error(error: ValidationError) -> StudyError:
     todo = ""
     if first["type"] == "extra_forbidden":
         what = f"there is no field {place!r}"
-        todo = legal_names(str(way[-1]), Study.model_fields, "fields") if len(way) == 1 else ""
+        parts: dict[str, type[BaseModel]] = {"sensitivity": SensitivitySettings, "optimize": OptimizeSettings}
+        part = parts.get(str(way[0])) if way[1:] else Study
+        todo = legal_names(str(way[-1]), part.model_fields, "fields") if part and len(way) <= 2 else ""
     elif first["type"] in ("value_error", "axis", "missing"):
         what = f"{place}: {message}" if place else message
     else:

@@ -31,6 +31,10 @@ class Lines:
                 known = (*known, part)
         return Source(self.file, self._lines.get(known, 0))
 
+    def exactly(self, way: tuple[Any, ...]) -> Source | None:
+        """The line of an entry; None if the file does not have it."""
+        return Source(self.file, self._lines[way]) if way in self._lines else None
+
 
 def read_yaml_lines(path: Path) -> tuple[dict[str, Any], Lines]:
     """The content of a YAML file that is a mapping, and its lines.

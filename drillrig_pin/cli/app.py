@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from drillrig_pin.cli import compare, models, results, run, show, sound, sweep, watch
+from drillrig_pin.cli import compare, models, optimize, results, run, sensitivity, show, sound, sweep, watch
 
 EPILOG = (
     "Exit codes: 0 done; 1 something given cannot be used, or check found an error; 2 wrong usage; "
@@ -56,6 +56,8 @@ for command in (
     watch.watch,
     sweep.sweep,
     sweep.holes,
+    sensitivity.sensitivity,
+    optimize.optimize,
     results.export,
     models.params,
     models.expand,

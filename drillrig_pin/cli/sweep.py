@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from drillrig_pin.cli.batch_options import Folder, Keep, Quiet, Scheduler, StudyName, TimeLimit, Workers
 from drillrig_pin.cli.case import Json, ModelSettings, model_arguments
 from drillrig_pin.cli.files import require_folder
 from drillrig_pin.cli.guard import FAILED, INTERRUPTED
@@ -16,34 +16,6 @@ from drillrig_pin.cli.output import console, print_json
 if TYPE_CHECKING:
     from drillrig_pin.batch.runner import Finished
     from drillrig_pin.batch.study import Study
-
-StudyName = Annotated[
-    str, typer.Argument(metavar="STUDY", help="Path of a study (.yaml), or name of a shipped one.", show_default=False)
-]
-Folder = Annotated[
-    Path, typer.Option("--output", "-o", metavar="DIR", help="Folder of the results; made if it is not there.")
-]
-Workers = Annotated[
-    int | None,
-    typer.Option(
-        "--workers",
-        metavar="N",
-        min=1,
-        max=1024,
-        help="Processes on this machine. Default: one a core.",
-        show_default=False,
-    ),
-]
-Scheduler = Annotated[
-    str | None,
-    typer.Option("--scheduler", metavar="ADDRESS", help="Run on a Dask cluster instead, e.g. tcp://host:8786."),
-]
-Keep = Annotated[str, typer.Option("--keep", metavar="WHICH", help="Trajectories to keep: all, worst:10 or none.")]
-TimeLimit = Annotated[
-    float,
-    typer.Option("--time-limit", metavar="S", min=0.01, help="Seconds a case may take; then it becomes a failed row."),
-]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no tables.")]
 
 
 def sweep(
@@ -61,7 +33,7 @@ def sweep(
     The folder remembers what is done: after Ctrl-C, a crash or a power cut the same command goes on where it stopped.
     A case that fails becomes a row that says why.
 
-    Shipped studies: nine_holes, percussion_frequency, lift_cylinder_pin, oil_and_rock.
+    Shipped studies: nine_holes, percussion_frequency, lift_cylinder_pin, oil_and_rock, best_pin.
 
     Example:  [bold]drillrig sweep percussion_frequency -o resonance[/]
 
@@ -142,7 +114,7 @@ def _carried_out(
 
     parse_keep(keep)
     require_folder(output)
-    with progress(shown=not quiet and sys.stderr.isatty()) as listener:
+    with progress(quiet=quiet) as listener:
         return run_study(
             study,
             output,

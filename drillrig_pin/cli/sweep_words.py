@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,16 +16,17 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from drillrig_pin.batch.cases import Case
-    from drillrig_pin.batch.runner import Finished, Listener
+    from drillrig_pin.batch.runner import Finished
+    from drillrig_pin.batch.session import Listener
     from drillrig_pin.batch.study import Study
     from drillrig_pin.batch.summary import Tally
     from drillrig_pin.rig import Rig
 
 
 @contextmanager
-def progress(*, shown: bool) -> Iterator[Listener | None]:
-    """A bar on stderr: cases done, rate, time left, failures, and the worst and best so far."""
-    if not shown:
+def progress(*, quiet: bool) -> Iterator[Listener | None]:
+    """A bar on stderr, if that is a terminal: cases done, rate, time left, failures, the worst and best so far."""
+    if quiet or not sys.stderr.isatty():
         yield None
         return
     from rich.progress import BarColumn, Progress, TextColumn
@@ -50,7 +52,9 @@ def standing(tally: Tally) -> str:
         words.append(f"{number(rate, 2)}/s, {_duration(left)} left" if tally.done < tally.total else "saving")
     if tally.failures:
         words.append(f"[red]{tally.failures} failed[/]")
-    if tally.best is not None and tally.worst is not None:
+    if tally.note:
+        words.append(tally.note)
+    elif tally.best is not None and tally.worst is not None:
         best, worst = quantity(tally.best[1], tally.unit), quantity(tally.worst[1], tally.unit)
         words.append(f"{tally.metric} {best} to {worst}")
     return " · ".join(words)
@@ -59,29 +63,44 @@ def standing(tally: Tally) -> str:
 def print_end(out: Console, finished: Finished, again: str) -> None:
     """What came out, what failed and why, where it is, what to do next."""
     tally = finished.tally
-    news = f"{tally.done - tally.before} now, {tally.before} before" if tally.before else ""
-    took = _duration(time.monotonic() - tally.started)
-    out.print(f"{tally.done} of {tally.total} cases recorded{f' ({news})' if news else ''} in {took}.", markup=False)
+    print_counts(out, tally)
     if tally.best is not None and tally.worst is not None and tally.best != tally.worst:
         rows = [
             [word, str(case.index), quantity(value, tally.unit), inputs(case)]
             for word, (case, value) in (("best", tally.best), ("worst", tally.worst))
         ]
         out.print(table(f"{tally.metric}", ("", "case", "value", "with"), rows, text=4))
+    print_failures(out, tally)
+    if finished.kept:
+        out.print(f"{len(finished.kept)} trajectories in {next(iter(finished.kept.values())).parent}.", markup=False)
+    if finished.interrupted:
+        print_interrupted(out, again)
+    elif finished.kept:
+        out.print(f"Table: {finished.table}. Next: drillrig report {next(iter(finished.kept.values()))}", markup=False)
+    else:
+        out.print(f"Table: {finished.table}. Next: {again} --keep worst:3, to look at the worst cases", markup=False)
+
+
+def print_counts(out: Console, tally: Tally) -> None:
+    """How many cases there are, how many of them are new, how long it took."""
+    news = f"{tally.done - tally.before} now, {tally.before} before" if tally.before else ""
+    took = _duration(time.monotonic() - tally.started)
+    out.print(f"{tally.done} of {tally.total} cases recorded{f' ({news})' if news else ''} in {took}.", markup=False)
+
+
+def print_failures(out: Console, tally: Tally) -> None:
+    """Of every way to fail the number of cases, and one of them with its reason."""
     for status, count in sorted(tally.statuses.items()):
         if status in tally.reasons:
             case, reason = tally.reasons[status]
             out.print(
                 f"{status}: {count}, e.g. case {case.index} ({inputs(case)}): {reason}", markup=False, style="red"
             )
-    if finished.kept:
-        out.print(f"{len(finished.kept)} trajectories in {next(iter(finished.kept.values())).parent}.", markup=False)
-    if finished.interrupted:
-        out.print(f"Interrupted; what is recorded is safe. To go on: {again}", markup=False, style="yellow")
-    elif finished.kept:
-        out.print(f"Table: {finished.table}. Next: drillrig report {next(iter(finished.kept.values()))}", markup=False)
-    else:
-        out.print(f"Table: {finished.table}. Next: {again} --keep worst:3, to look at the worst cases", markup=False)
+
+
+def print_interrupted(out: Console, again: str) -> None:
+    """How to go on."""
+    out.print(f"Interrupted; what is recorded is safe. To go on: {again}", markup=False, style="yellow")
 
 
 def inputs(case: Case) -> str:
