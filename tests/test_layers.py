@@ -38,6 +38,7 @@ LAYERS: list[tuple[str, ...]] = [
     ("batch.",),
     ("check", "check_pose", "figures."),
     ("report.",),
+    ("studyreport.",),
     ("cli.",),
 ]
 

@@ -37,8 +37,10 @@ def test_wheel_holds_models_scenarios_and_parameters(wheel: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
     for name in ("mkz49.urdf.xacro", "params/mkz49.yaml", "scenarios/hole_9.yaml", "limits.yaml", "GRAMMAR.md"):
         assert f"drillrig_pin/urdf/{name}" in names
-    for name in ("report.html", "report.css", "report.js"):
+    for name in ("report.html", "report.css", "report.js", "drawing.js"):
         assert f"drillrig_pin/report/templates/{name}" in names
+    for name in ("study.html", "study.css", "study.js"):
+        assert f"drillrig_pin/studyreport/templates/{name}" in names
     for name in ("page.html", "page.css", "payload.js", "film.js", "player.js"):
         assert f"drillrig_pin/replay/assets/{name}" in names
 

@@ -75,6 +75,16 @@ def design_of(trajectory: Trajectory, file: ModelFile | None = None) -> Design:
     )
 
 
+def relief_pressures(file: ModelFile) -> dict[str, float]:
+    """Gauge pressure at which the relief valve of every cylinder opens [Pa], by cylinder."""
+    return {cylinder.name: cylinder.relief_pressure for cylinder in _built_in(file)[0]}
+
+
+def first_contact(file: ModelFile) -> Axis | None:
+    """Unit world axis into the rock of the first contact; None for a machine without one."""
+    return next((contact.axis for contact in _built_in(file)[1]), None)
+
+
 def _feed(file: ModelFile, contacts: list[Contact], loads: list[Load]) -> tuple[str, str] | None:
     """Drill and tip of the first contact whose link also takes a force, told apart by their names."""
     links = {

@@ -9,6 +9,8 @@ from typing import Literal
 from drillrig_pin.analysis.fatigue import Rainflow
 from drillrig_pin.analysis.hole_quality import HoleQuality
 from drillrig_pin.analysis.metrics import Metrics
+from drillrig_pin.analysis.shares import Share
+from drillrig_pin.trajectory import AXES
 from drillrig_pin.words import measure_name
 
 Better = Literal["lower", "higher", ""]
@@ -18,39 +20,114 @@ GROUPS = ("hole", "motion", "pressures", "contact", "load cycles", "forces", "jo
 
 
 @dataclass(frozen=True, slots=True)
+class Meaning:
+    """What the last word of a key says: in words, its group, which way is better, changes below which mean nothing."""
+
+    words: str
+    group: str
+    better: Better = "lower"
+    noise: float = 0.0
+
+
+#: By the last word of a key.
+MEANINGS = {
+    "worst": Meaning("at worst", "hole"),
+    "static": Meaning("static", "hole"),
+    "peak_to_peak": Meaning("peak to peak", "motion"),
+    "rms": Meaning("RMS", "motion"),
+    "share": Meaning("share of the vibration", "motion", ""),
+    "p_max": Meaning("highest pressure", "pressures", noise=1e3),
+    "p_min": Meaning("lowest pressure", "pressures", "higher", 1e3),
+    "force_range": Meaning("range of force", "forces", noise=1.0),
+    "tension": Meaning("share of time lifted off", "contact", noise=1e-4),
+    "greatest": Meaning("greatest force", "forces", noise=1e-3),
+    "equivalent": Meaning("equivalent range (1 Hz)", "load cycles", noise=1.0),
+    "range": Meaning("range", "joints"),
+    "strongest": Meaning("strongest frequency", "frequencies", ""),
+    "slow": Meaning("share of 0–15 Hz", "frequencies", "", 1e-3),
+    "fast": Meaning("share of 15–80 Hz", "frequencies", "", 1e-3),
+    "error": Meaning("constraint error", "trust", noise=1e-12),
+    "energy": Meaning("energy residual, relative", "trust", noise=1e-8),
+    "estimated": Meaning("estimated error of joint positions", "trust", noise=1e-8),
+    "steps": Meaning("steps", "cost", ""),
+    "wall_time": Meaning("wall time", "cost", ""),
+}
+#: What a point may move along, behind its name.
+ALONG = {**{axis: f"along {axis}" for axis in AXES}, "across": "across the hole"}
+
+
+def meaning_of(key: str) -> Meaning | None:
+    """What a key means, by its last word; None for a word that no quantity ends in."""
+    return MEANINGS.get(key.rpartition(".")[2])
+
+
+def label_of(key: str, unit: str = "") -> str:
+    """A key in words: ``S.across.rms`` is "S across the hole, RMS"; a key that means nothing stays as it is."""
+    subject, _, last = key.rpartition(".")
+    meaning = MEANINGS.get(last)
+    if meaning is None or not subject:
+        return key
+    if meaning.group in ("frequencies", "trust", "cost"):
+        return meaning.words
+    if meaning.group == "hole":
+        return f"{measure_name(subject.removeprefix('hole.'))}, {meaning.words}"
+    if last in ("rms", "peak_to_peak"):
+        point, _, along = subject.rpartition(".")
+        return f"{point} {ALONG[along]}, {meaning.words}" if along in ALONG else f"{subject}, {meaning.words}"
+    return f"{subject}, {'greatest moment' if last == 'greatest' and unit == 'N m' else meaning.words}"
+
+
+@dataclass(frozen=True, slots=True)
 class Quantity:
     """One number of a run.
 
     Attributes:
         key: the same in every run that has it.
-        label: in words.
-        group: one of ``GROUPS``.
         value, unit: SI.
-        better: which way is better; empty where neither is.
-        noise: changes below this mean nothing [unit].
     """
 
     key: str
-    label: str
-    group: str
     value: float
     unit: str
-    better: Better = ""
-    noise: float = 0.0
+
+    @property
+    def label(self) -> str:
+        """In words."""
+        return label_of(self.key, self.unit)
+
+    @property
+    def group(self) -> str:
+        """One of ``GROUPS``."""
+        return self._meaning.group
+
+    @property
+    def better(self) -> Better:
+        """Which way is better; empty where neither is."""
+        return self._meaning.better
+
+    @property
+    def noise(self) -> float:
+        """Changes below this mean nothing [unit]."""
+        return self._meaning.noise
+
+    @property
+    def _meaning(self) -> Meaning:
+        return MEANINGS[self.key.rpartition(".")[2]]
 
 
-def quantities(metrics: Metrics, quality: HoleQuality | None, counts: Sequence[Rainflow]) -> dict[str, Quantity]:
+def quantities(
+    metrics: Metrics, quality: HoleQuality | None, counts: Sequence[Rainflow], shares: Sequence[Share] = ()
+) -> dict[str, Quantity]:
     """All numbers of a run by key."""
-    found = [*_hole(quality), *_motion(metrics), *_cylinders(metrics), *_reactions(metrics), *_cycles(counts)]
-    found += [*_joints(metrics), *_frequencies(metrics), *_trust(metrics)]
+    found = [*_hole(quality), *_motion(metrics), *_shares(shares), *_cylinders(metrics), *_reactions(metrics)]
+    found += [*_cycles(counts), *_joints(metrics), *_frequencies(metrics), *_trust(metrics)]
     return {quantity.key: quantity for quantity in found}
 
 
 def _hole(quality: HoleQuality | None) -> Iterator[Quantity]:
     for error in quality.errors if quality else ():
-        name = measure_name(error.name)
-        yield Quantity(f"hole.{error.name}.worst", f"{name}, at worst", "hole", error.worst, error.unit, "lower")
-        yield Quantity(f"hole.{error.name}.static", f"{name}, static", "hole", error.static, error.unit, "lower")
+        yield Quantity(f"hole.{error.name}.worst", error.worst, error.unit)
+        yield Quantity(f"hole.{error.name}.static", error.static, error.unit)
 
 
 def _motion(metrics: Metrics) -> Iterator[Quantity]:
@@ -58,65 +135,57 @@ def _motion(metrics: Metrics) -> Iterator[Quantity]:
     if motion is None:
         return
     for axis in motion.axes:
-        key, label = f"{motion.point}.{axis.axis}", f"{motion.point} along {axis.axis}"
-        yield Quantity(f"{key}.peak_to_peak", f"{label}, peak to peak", "motion", axis.peak_to_peak, "m", "lower")
-        yield Quantity(f"{key}.rms", f"{label}, RMS", "motion", axis.rms, "m", "lower")
+        yield Quantity(f"{motion.point}.{axis.axis}.peak_to_peak", axis.peak_to_peak, "m")
+        yield Quantity(f"{motion.point}.{axis.axis}.rms", axis.rms, "m")
     if motion.across is not None:
-        across = f"{motion.point} across the hole"
-        yield Quantity(f"{motion.point}.across.rms", f"{across}, RMS", "motion", motion.across.rms, "m", "lower")
+        yield Quantity(f"{motion.point}.across.rms", motion.across.rms, "m")
+
+
+def _shares(shares: Sequence[Share]) -> Iterator[Quantity]:
+    for share in shares:
+        yield Quantity(f"{share.element}.share", share.share, "1")
 
 
 def _cylinders(metrics: Metrics) -> Iterator[Quantity]:
     for c in metrics.cylinders:
-        greatest, least = max(c.a_max, c.b_max), min(c.a_min, c.b_min)
-        yield Quantity(
-            f"{c.cylinder}.p_max", f"{c.cylinder}, highest pressure", "pressures", greatest, "Pa", "lower", 1e3
-        )
-        yield Quantity(f"{c.cylinder}.p_min", f"{c.cylinder}, lowest pressure", "pressures", least, "Pa", "higher", 1e3)
-        span = c.force_max - c.force_min
-        yield Quantity(f"{c.cylinder}.force_range", f"{c.cylinder}, range of force", "forces", span, "N", "lower", 1.0)
+        yield Quantity(f"{c.cylinder}.p_max", max(c.a_max, c.b_max), "Pa")
+        yield Quantity(f"{c.cylinder}.p_min", min(c.a_min, c.b_min), "Pa")
+        yield Quantity(f"{c.cylinder}.force_range", c.force_max - c.force_min, "N")
 
 
 def _reactions(metrics: Metrics) -> Iterator[Quantity]:
     for r in metrics.reactions:
         if r.tension is not None:
-            label = f"{r.name}, share of time lifted off"
-            yield Quantity(f"{r.name}.tension", label, "contact", r.tension, "1", "lower", 1e-4)
-        greatest = max(abs(r.least), abs(r.greatest))
-        label = f"{r.name}, greatest {'moment' if r.unit == 'N m' else 'force'}"
-        yield Quantity(f"{r.name}.greatest", label, "forces", greatest, r.unit, "lower", 1e-3)
+            yield Quantity(f"{r.name}.tension", r.tension, "1")
+        yield Quantity(f"{r.name}.greatest", max(abs(r.least), abs(r.greatest)), r.unit)
 
 
 def _cycles(counts: Sequence[Rainflow]) -> Iterator[Quantity]:
     for count in counts:
-        key, label = f"{count.cylinder}.equivalent", f"{count.cylinder}, equivalent range (1 Hz)"
-        yield Quantity(key, label, "load cycles", count.equivalent, "N", "lower", 1.0)
+        yield Quantity(f"{count.cylinder}.equivalent", count.equivalent, "N")
 
 
 def _joints(metrics: Metrics) -> Iterator[Quantity]:
     for joint in metrics.joints:
-        yield Quantity(f"{joint.joint}.range", f"{joint.joint}, range", "joints", joint.steady, joint.unit, "lower")
+        yield Quantity(f"{joint.joint}.range", joint.steady, joint.unit)
 
 
 def _frequencies(metrics: Metrics) -> Iterator[Quantity]:
     found = metrics.frequencies
     if found is None or not found.lines:
         return
-    strongest = found.lines[0].frequency
-    yield Quantity("frequency.strongest", "strongest frequency", "frequencies", strongest, "Hz", "", found.bin)
-    yield Quantity("frequency.slow", "share of 0–15 Hz", "frequencies", found.boom_share, "1", "", 1e-3)
-    yield Quantity("frequency.fast", "share of 15–80 Hz", "frequencies", found.hammer_share, "1", "", 1e-3)
+    yield Quantity("frequency.strongest", found.lines[0].frequency, "Hz")
+    yield Quantity("frequency.slow", found.boom_share, "1")
+    yield Quantity("frequency.fast", found.hammer_share, "1")
 
 
 def _trust(metrics: Metrics) -> Iterator[Quantity]:
     trust = metrics.trust
     if trust.error is not None:
-        yield Quantity("trust.error", "constraint error", "trust", trust.error, "", "lower", 1e-12)
+        yield Quantity("trust.error", trust.error, "")
     if trust.relative is not None:
-        yield Quantity("trust.energy", "energy residual, relative", "trust", trust.relative, "", "lower", 1e-8)
+        yield Quantity("trust.energy", trust.relative, "")
     if trust.estimated is not None:
-        yield Quantity(
-            "trust.estimated", "estimated error of joint positions", "trust", trust.estimated, "", "lower", 1e-8
-        )
-    yield Quantity("cost.steps", "steps", "cost", float(trust.steps), "")
-    yield Quantity("cost.wall_time", "wall time", "cost", trust.wall_time, "s")
+        yield Quantity("trust.estimated", trust.estimated, "")
+    yield Quantity("cost.steps", float(trust.steps), "")
+    yield Quantity("cost.wall_time", trust.wall_time, "s")

@@ -121,15 +121,25 @@ def aim_at(rig: Rig, hole: Hole, aim: Aim | None = None) -> Aimed:
 def turned(direction: Array, pitch: float, yaw: float) -> Array:
     """A direction turned upwards and to the left by angles in degrees, seen along it; unit vector."""
     n = direction / np.linalg.norm(direction)
-    left = np.cross([0.0, 0.0, 1.0], n)
-    if np.linalg.norm(left) < 1e-9:
+    if _vertical(n):
         if pitch or yaw:
             raise ScenarioError("a vertical drilling direction has no pitch or yaw", todo="Give direction instead.")
         return n
-    left /= np.linalg.norm(left)
-    up = np.cross(n, left)
+    left, up = across(n)
     p, y = math.radians(pitch), math.radians(yaw)
     return math.cos(p) * (math.cos(y) * n + math.sin(y) * left) + math.sin(p) * up
+
+
+def across(direction: Array) -> tuple[Array, Array]:
+    """Unit vectors to the left and up, seen along a direction; along a vertical one +y is left."""
+    n = direction / np.linalg.norm(direction)
+    left = np.array([0.0, 1.0, 0.0]) if _vertical(n) else np.cross([0.0, 0.0, 1.0], n)
+    left = left / np.linalg.norm(left)
+    return left, np.cross(n, left)
+
+
+def _vertical(n: Array) -> bool:
+    return bool(np.linalg.norm(np.cross([0.0, 0.0, 1.0], n)) < 1e-9)
 
 
 class _Search:

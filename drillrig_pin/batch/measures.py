@@ -12,8 +12,10 @@ from drillrig_pin.analysis.hole_quality import hole_quality
 from drillrig_pin.analysis.metrics import Metrics, point_frequencies
 from drillrig_pin.analysis.motion import after, joint_ranges, point_motion, start_up, survey_point
 from drillrig_pin.analysis.quantities import Quantity, quantities
+from drillrig_pin.analysis.shares import Share, motion_shares
 from drillrig_pin.analysis.trust import trust
-from drillrig_pin.model.modelfile import ModelFile
+from drillrig_pin.model.modelfile import read_model_text
+from drillrig_pin.rig import Rig, build_rig
 from drillrig_pin.trajectory import Trajectory
 
 #: The last word of a metric's name tells the section of the analysis it comes from.
@@ -22,6 +24,7 @@ SECTIONS = {
     "static": "hole",
     "peak_to_peak": "motion",
     "rms": "motion",
+    "share": "shares",
     "p_max": "cylinders",
     "p_min": "cylinders",
     "force_range": "cylinders",
@@ -53,25 +56,32 @@ def require_known(patterns: Iterable[str]) -> None:
             raise ValueError(f"no metric ends like {pattern!r}; metrics end in {', '.join(SECTIONS)}")
 
 
-def measured(trajectory: Trajectory, patterns: Sequence[str], file: ModelFile | None = None) -> dict[str, Quantity]:
+def measured(trajectory: Trajectory, patterns: Sequence[str], rig: Rig | None = None) -> dict[str, Quantity]:
     """Metrics of a run that the patterns ask for, in the order of the patterns.
 
     Args:
         trajectory: the run, of at least two samples.
         patterns: names such as ``S.z.rms``, or patterns such as ``*.p_max``.
-        file: its model file, to save reading it again.
+        rig: the rig it was made with, to save building it again.
     """
     needed = sections(patterns)
-    design = design_of(trajectory, file)
+    rig = rig or build_rig(read_model_text(trajectory.model))
+    design = design_of(trajectory, rig.file)
     steady = after(trajectory, start_up(trajectory, design))
     found = quantities(
         _metrics(trajectory, design, steady, needed),
         hole_quality(trajectory, design, steady) if "hole" in needed else None,
         cylinder_rainflow(trajectory, steady) if "cycles" in needed else (),
+        _shares(trajectory, rig, design, steady) if "shares" in needed else (),
     )
     return {
         key: found[key] for pattern in patterns for key in found if fnmatchcase(key, pattern) and key not in LEFT_OUT
     }
+
+
+def _shares(trajectory: Trajectory, rig: Rig, design: Design, steady: slice) -> tuple[Share, ...]:
+    point = survey_point(trajectory)
+    return motion_shares(trajectory, rig, point, steady, next(iter(design.contacts.values()), None)) if point else ()
 
 
 def _metrics(trajectory: Trajectory, design: Design, steady: slice, needed: frozenset[str]) -> Metrics:

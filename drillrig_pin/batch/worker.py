@@ -139,7 +139,7 @@ def _run(order: Order, question: Question, answer: Answer, started: float, targe
     if not outcome.completed:
         answer.status, answer.reason = outcome.status.word, str(outcome)
     if len(trajectory.time) >= 2:
-        found = measured(trajectory, order.metrics, rig.file)
+        found = measured(trajectory, order.metrics, rig)
         answer.metrics = {name: quantity.value for name, quantity in found.items()}
         answer.units = {name: quantity.unit for name, quantity in found.items()}
     if target is not None:

@@ -6,7 +6,19 @@ from typing import Annotated
 
 import typer
 
-from drillrig_pin.cli import compare, models, optimize, results, run, sensitivity, show, sound, sweep, watch
+from drillrig_pin.cli import (
+    compare,
+    models,
+    optimize,
+    results,
+    run,
+    sensitivity,
+    show,
+    sound,
+    sweep,
+    sweep_report,
+    watch,
+)
 
 EPILOG = (
     "Exit codes: 0 done; 1 something given cannot be used, or check found an error; 2 wrong usage; "
@@ -58,6 +70,7 @@ for command in (
     sweep.holes,
     sensitivity.sensitivity,
     optimize.optimize,
+    sweep_report.sweep_report,
     results.export,
     models.params,
     models.expand,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import signal
 import socket
@@ -20,6 +21,7 @@ from drillrig_pin.cli.output import console, print_json
 from drillrig_pin.errors import ScenarioError
 
 if TYPE_CHECKING:
+    from drillrig_pin.cli.recall import Run
     from drillrig_pin.replay.server import LiveServer
     from drillrig_pin.scene.options import Auto, ReplayOptions
     from drillrig_pin.scene.scene import Scene
@@ -46,7 +48,14 @@ Port = Annotated[int | None, typer.Option(metavar="N", help="Listen on this port
 
 
 def replay(
-    runs: Annotated[list[Path], typer.Argument(metavar="RUN", help="Result files; the later ones as ghosts.")],
+    runs: Annotated[
+        list[Path],
+        typer.Argument(metavar="RUN", help="Result files, or folders of studies; the later ones as ghosts."),
+    ],
+    case: Annotated[
+        list[int] | None,
+        typer.Option("--case", metavar="N", help="Case of the study. May be given many times. Default: the worst."),
+    ] = None,
     exaggerate: Exaggerate = "auto",
     true_scale: TrueScale = False,
     speed: Speed = "auto",
@@ -74,7 +83,10 @@ def replay(
     Example:  [bold]drillrig replay run.nc[/]
 
     Example:  [bold]drillrig replay soft.nc stiff.nc --view tip --exaggerate 100 --html both.html[/]
+
+    Example:  [bold]drillrig replay holes --case 4 --case 8[/]  (cases of a study; one not kept is computed again)
     """
+    from drillrig_pin.cli.recall import recalled
     from drillrig_pin.scene.options import ReplayOptions
 
     options = ReplayOptions(
@@ -88,7 +100,7 @@ def replay(
     for target in (html, video):
         if target is not None:
             require_writable(target)
-    scene = _scene(runs, options)
+    scene = _scene(recalled(runs, case), options)
     for note in scene.notes:
         console(stderr=True).print(f"note: {note}", markup=False, style="yellow", soft_wrap=True)
     if html is not None:
@@ -147,11 +159,11 @@ def factor(text: str, option: str) -> float | Auto:
         raise ScenarioError(f"{text!r} is neither a number nor auto", where=option) from None
 
 
-def _scene(runs: list[Path], options: ReplayOptions) -> Scene:
+def _scene(runs: list[Run], options: ReplayOptions) -> Scene:
     from drillrig_pin.scene.scene import build_scene
-    from drillrig_pin.trajectory import load_trajectory
 
-    return build_scene([load_trajectory(run) for run in runs], options, [str(run) for run in runs])
+    shown = dataclasses.replace(options, holes=runs[0].holes)
+    return build_scene([run.trajectory for run in runs], shown, [run.name for run in runs])
 
 
 def _facts(scene: Scene) -> dict[str, object]:

@@ -75,10 +75,11 @@ def print_end(out: Console, finished: Finished, again: str) -> None:
         out.print(f"{len(finished.kept)} trajectories in {next(iter(finished.kept.values())).parent}.", markup=False)
     if finished.interrupted:
         print_interrupted(out, again)
-    elif finished.kept:
-        out.print(f"Table: {finished.table}. Next: drillrig report {next(iter(finished.kept.values()))}", markup=False)
     else:
-        out.print(f"Table: {finished.table}. Next: {again} --keep worst:3, to look at the worst cases", markup=False)
+        folder = finished.table.parent
+        out.print(
+            f"Table: {finished.table}. Next: drillrig sweep-report {folder}, drillrig replay {folder}", markup=False
+        )
 
 
 def print_counts(out: Console, tally: Tally) -> None:

@@ -102,13 +102,13 @@ def _decades(values: Array, floor: float | None) -> list[float]:
 def _trace(curve: Curve, panel: Panel, suffix: str, *, shown: bool) -> dict[str, Any]:
     unit = panel.y_label.partition("[")[2].rstrip("]") or panel.y_label
     trace: dict[str, Any] = {
-        "name": _plain(curve.name),
+        "name": plain(curve.name),
         "legendgroup": curve.name,
         "showlegend": shown,
         "xaxis": f"x{suffix}",
         "yaxis": f"y{suffix}",
         "meta": {"ink": curve.ink.name},
-        "hovertemplate": f"%{{y:.4~g}} {_plain(unit)}<extra>{_plain(curve.name)}</extra>",
+        "hovertemplate": f"%{{y:.4~g}} {plain(unit)}<extra>{plain(curve.name)}</extra>",
     }
     if panel.bars:
         return trace | {"type": "bar", "x": _packed(curve.x), "y": _packed(curve.y)}
@@ -131,7 +131,7 @@ def _add_shapes(layout: dict[str, Any], panel: Panel, suffix: str) -> None:
             {
                 "type": "line", "xref": x, "yref": f"{y} domain", "x0": mark.x, "x1": mark.x, "y0": 0, "y1": 1,
                 "line": {"width": 1, "dash": "dot", "color": "GREY"},
-                "label": {"text": _plain(mark.name), "textposition": "end", "textangle": 0, "yanchor": "bottom"},
+                "label": {"text": plain(mark.name), "textposition": "end", "textangle": 0, "yanchor": "bottom"},
             }
         )  # fmt: skip
     for level in panel.levels:
@@ -140,7 +140,7 @@ def _add_shapes(layout: dict[str, Any], panel: Panel, suffix: str) -> None:
                 "type": "line", "xref": f"{x} domain", "yref": y,
                 "x0": 0, "x1": 1, "y0": level.value, "y1": level.value,
                 "line": {"width": 1, "dash": "dash", "color": "INK"},
-                "label": {"text": _plain(level.name), "textposition": "start", "yanchor": _side(level, panel)},
+                "label": {"text": plain(level.name), "textposition": "start", "yanchor": _side(level, panel)},
             }
         )  # fmt: skip
 
@@ -152,12 +152,12 @@ def _side(level: Level, panel: Panel) -> str:
 
 def _words(text: str, top: float, anchor: str, x: float) -> dict[str, Any]:
     return {
-        "text": _plain(text), "xref": "paper", "yref": "paper", "showarrow": False, "align": anchor,
+        "text": plain(text), "xref": "paper", "yref": "paper", "showarrow": False, "align": anchor,
         "x": x, "y": top, "xanchor": anchor, "yanchor": "bottom",
     }  # fmt: skip
 
 
-def _plain(text: str) -> str:
+def plain(text: str) -> str:
     """Words of a model as words: plotly.js reads a few HTML tags and % in texts."""
     for mark, name in (("&", "&amp;"), ("<", "&lt;"), (">", "&gt;")):
         text = text.replace(mark, name)

@@ -14,6 +14,19 @@ from drillrig_pin.report.interactive import BUCKETS, interactive
 from drillrig_pin.scene.options import ReplayOptions
 
 TEMPLATES = "drillrig_pin.report.templates"
+#: What a page may do: show what it carries, and ask nobody for anything.
+POLICY = (
+    "default-src 'none'; "
+    "script-src 'unsafe-inline' 'unsafe-eval' blob: data:; "
+    "style-src 'unsafe-inline'; "
+    "img-src data: blob:; "
+    "font-src data:; "
+    "connect-src data: blob:; "
+    "worker-src blob: data:; "
+    "frame-src 'self' data: blob:; "
+    "base-uri 'none'; "
+    "form-action 'none'"
+)
 
 
 def report_page(content: Content, sheets: list[Sheet]) -> str:
@@ -36,31 +49,45 @@ def report_page(content: Content, sheets: list[Sheet]) -> str:
         "buckets": BUCKETS,
         "samples": len(content.trajectory.time),
         "animation": animation_page([content.trajectory], ReplayOptions()),
-        "data": _script_json(figures),
-        "style": _text("report.css"),
-        "script": _text("report.js"),
-        "library": files("plotly").joinpath("package_data", "plotly.min.js").read_text(encoding="utf-8"),
+        "data": script_json(figures),
+        "script": template_text("report.js"),
+        **assets(),
     }
-    page: str = _environment().get_template("report.html").render(words)
+    page: str = environment().get_template("report.html").render(words)
     return page
 
 
-def _environment() -> Any:
+def assets() -> dict[str, str]:
+    """What every page with figures carries: ``style``, ``library`` (plotly.js), ``drawing`` (its use in the theme)."""
+    return {
+        "style": template_text("report.css"),
+        "library": files("plotly").joinpath("package_data", "plotly.min.js").read_text(encoding="utf-8"),
+        "drawing": template_text("drawing.js"),
+    }
+
+
+def environment(folder: str = TEMPLATES) -> Any:
+    """Templates of a folder: everything is escaped, and a name that is not there is an error."""
     from jinja2 import Environment, FunctionLoader, StrictUndefined
 
-    environment = Environment(
-        loader=FunctionLoader(_text), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    made = Environment(
+        loader=FunctionLoader(lambda name: template_text(name, folder)),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
     )
-    environment.filters |= filters()
-    environment.globals["span"] = span
-    return environment
+    made.filters |= filters()
+    made.globals |= {"span": span, "policy": POLICY}
+    return made
 
 
-def _text(name: str) -> str:
-    return files(TEMPLATES).joinpath(name).read_text(encoding="utf-8")
+def template_text(name: str, folder: str = TEMPLATES) -> str:
+    """A file of a folder of templates."""
+    return files(folder).joinpath(name).read_text(encoding="utf-8")
 
 
-def _script_json(document: Mapping[str, Any]) -> str:
+def script_json(document: Mapping[str, Any]) -> str:
     """JSON that may stand inside a script element: no tag can begin in it."""
     text = json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -16,32 +17,38 @@ from drillrig_pin.trajectory import Trajectory
 
 def command(trajectory: Trajectory) -> str:
     """The command line that asks the same question again, with the same content hash."""
-    case = trajectory.scenario
+    return command_of(trajectory.scenario, trajectory.arguments)
+
+
+def command_of(case: Scenario, arguments: Mapping[str, Any]) -> str:
+    """The command line that runs a scenario with these arguments of its model."""
     usual = Scenario()
     words = ["drillrig run"]
     if case.model != usual.model:
         # A command line that names a model names the case after it.
         usual = Scenario(name=Path(case.model).name.split(".")[0])
         words.append(shlex.quote(case.model))
-    words += [_setting(f"model.{name}={value}") for name, value in trajectory.arguments.items()]
+    words += [setting(f"model.{name}", value) for name, value in arguments.items()]
     defaults = flat(usual.model_dump(mode="json", exclude={"model", "arguments"}))
     for name, value in flat(case.model_dump(mode="json", exclude={"model", "arguments"})).items():
         if name not in defaults or defaults[name] != value:
-            words.append(_setting(f"scenario.{name}={_yaml(value)}"))
+            words.append(setting(f"scenario.{name}", value))
     return " ".join(words)
 
 
-def _setting(text: str) -> str:
-    return f"--set {shlex.quote(text)}"
+def setting(name: str, value: Any) -> str:
+    """``--set NAME=VALUE`` for an argument of the model or a field of the scenario, quoted for a shell."""
+    text = value if name.startswith("model.") else _yaml(value)
+    return f"--set {shlex.quote(f'{name}={text}')}"
 
 
 def scenario_rows(case: Scenario) -> list[tuple[str, str, bool, str]]:
     """Every field of a scenario: name, value, whether it differs from the default, and what it means."""
     usual = flat(Scenario().model_dump(mode="json"))
-    meanings = _meanings(type(case))
+    known = meanings(type(case))
     rows = []
     for name, value in flat(case.model_dump(mode="json")).items():
-        meaning = meanings.get(name) or meanings.get(name.partition(".")[0], "")
+        meaning = known.get(name) or known.get(name.partition(".")[0], "")
         shown = value if isinstance(value, str) else "–" if value in (None, {}) else _yaml(value)
         rows.append((name, shown, usual.get(name) != value, meaning))
     return rows
@@ -59,12 +66,13 @@ def asks_the_same(trajectory: Trajectory) -> bool:
         return False
 
 
-def _meanings(cls: Any, prefix: str = "") -> dict[str, str]:
+def meanings(cls: Any, prefix: str = "") -> dict[str, str]:
+    """What every field of a scenario means, by its dotted name."""
     found: dict[str, str] = {}
     for name, field in cls.model_fields.items():
         found[prefix + name] = field.description or ""
         if hasattr(field.annotation, "model_fields"):
-            found |= _meanings(field.annotation, f"{prefix}{name}.")
+            found |= meanings(field.annotation, f"{prefix}{name}.")
     return found
 
 
