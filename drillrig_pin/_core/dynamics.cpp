@@ -62,6 +62,8 @@ Dynamics::Dynamics(const RigSpec& spec, const LawCallback& callback)
     qr_ = Eigen::ColPivHouseholderQR<Eigen::MatrixXd>(nv, m_);
   }
   lu_ = Eigen::PartialPivLU<Eigen::MatrixXd>(nv);
+  for (int i = 0; i < n_ - m_; ++i)
+    if (spec.laws[i].load && depends_on_time_alone(spec.laws[i])) known_.push_back(i);
   for (const Law& law : spec.laws) switches_ += drillrig::switch_count(law);
 }
 
@@ -197,6 +199,26 @@ void Dynamics::stabilise() {
     }
     p2_[i] = value - gamma[i];
   }
+}
+
+void Dynamics::known_forces(double t, double* out) const {
+  for (const int i : known_) *out++ = evaluate(spec_.laws[i], i, context_, 0.0, 0.0, t).force;
+}
+
+bool Dynamics::known_responses(Eigen::Ref<Eigen::MatrixXd> out) {
+  const int nj = static_cast<int>(spec_.coordinates.joints.size());
+  p2_.setZero();
+  for (std::size_t k = 0; k < known_.size(); ++k) {
+    const int i = known_[k];
+    p1_.setZero();
+    if (i < nj)
+      p1_[spec_.coordinates.joints[i].index_v] = 1.0;
+    else
+      row_of(i - nj, p1_.data());
+    if (!solve(p1_.data(), p2_.data())) return false;
+    out.col(k) = a;
+  }
+  return true;
 }
 
 Status Dynamics::rate(double t, const double* y, double* dy) {

@@ -25,6 +25,11 @@ class Dynamics {
 
   // dy/dt with y = (q, v, work in, work dissipated). Leaves x, x_dot, F, f, f_dot, a, lambda of that state behind.
   Status rate(double t, const double* y, double* dy);
+  // Loads whose force depends on time alone: how many, their forces at t, and the accelerations a newton of each causes at
+  // the state last evaluated (nv x known; false: rank is lost there).
+  int known() const { return static_cast<int>(known_.size()); }
+  void known_forces(double t, double* out) const;
+  bool known_responses(Eigen::Ref<Eigen::MatrixXd> out);
   // Puts y back onto f = 0, J v = 0 with the smallest change in the metric of the mass matrix.
   Status project(double* y);
   int switch_count() const { return switches_; }
@@ -73,6 +78,7 @@ class Dynamics {
   const int n_, m_, joints_;
   const bool simple_;
   int switches_ = 0;
+  std::vector<int> known_;
   bool factored_ = false;  // L_ belongs to a mass matrix evaluated before
 
   std::vector<Wrench> W_, V_, applied_;                     // per wrench; per joint; per joint

@@ -19,6 +19,32 @@ constexpr double kLeftOut = 1070017.0 / 3628800.0;
 constexpr double kPosition = 1e-7, kVelocity = 1e-5;
 constexpr int kTerms = 18;  // of the Taylor series, with an argument of at most about one
 
+// Gauss's points and weights from -1 to 1, middle one first, and the points of a step of length one.
+constexpr int kGauss = 5;
+constexpr double kPoint[] = {0.0, 0.5384693101056831, 0.9061798459386640};
+constexpr double kWeight[] = {0.5688888888888889, 0.4786286704993665, 0.2369268850561891};
+
+constexpr double gauss_point(int k) { return 0.5 + 0.5 * (k < 2 ? -kPoint[2 - k] : kPoint[k - 2]); }
+
+// Coefficients of the polynomials that are one at one of the nodes and zero at the others: column j, row i for s^i.
+MatrixXd lagrange(const double* nodes, int count) {
+  MatrixXd out = MatrixXd::Zero(count, count);
+  for (int j = 0; j < count; ++j) {
+    double divisor = 1.0;
+    int degree = 0;
+    out(0, j) = 1.0;
+    for (int k = 0; k < count; ++k) {
+      if (k == j) continue;
+      divisor *= nodes[j] - nodes[k];
+      ++degree;
+      for (int i = degree; i > 0; --i) out(i, j) = out(i - 1, j) - nodes[k] * out(i, j);
+      out(0, j) *= -nodes[k];
+    }
+    out.col(j) /= divisor;
+  }
+  return out;
+}
+
 constexpr std::array<double, kNodes + 1> kFactorial = [] {
   std::array<double, kNodes + 1> f{1.0};
   for (int i = 1; i <= kNodes; ++i) f[i] = f[i - 1] * i;
@@ -28,13 +54,11 @@ constexpr std::array<double, kNodes + 1> kFactorial = [] {
 // Adams-Moulton: weight of every node 0, -1, ... in the integral of the polynomial through them from -1 to 0; by Gauss's
 // formula of five points, exact up to degree 9.
 VectorXd last_interval(int count) {
-  constexpr double x[] = {0.0, 0.5384693101056831, 0.9061798459386640};
-  constexpr double w[] = {0.5688888888888889, 0.4786286704993665, 0.2369268850561891};
   VectorXd weights = VectorXd::Zero(count);
   for (int k = -2; k <= 2; ++k) {
-    const double s = -0.5 + 0.5 * (k < 0 ? -x[-k] : x[k]);
+    const double s = gauss_point(k + 2) - 1.0;
     for (int j = 0; j < count; ++j) {
-      double value = 0.5 * w[std::abs(k)];
+      double value = 0.5 * kWeight[std::abs(k)];
       for (int i = 0; i < count; ++i)
         if (i != j) value *= (s + i) / (i - j);
       weights[j] += value;
@@ -64,29 +88,24 @@ ExponentialAdams::ExponentialAdams(Dynamics& dynamics)
       // Where q' = v the first nq rows are linear.
       first_(dynamics.simple() ? dynamics.nq : 0),
       rows_(n_ - first_),
+      known_(dynamics.known()),
       states_(dynamics.size(), kNodes),
       rates_(dynamics.size(), kNodes),
-      remainders_(rows_, kNodes) {
+      remainders_(rows_, kNodes),
+      forces_(known_, kNodes) {
   A_ = Z_ = power_ = sum_ = spare_ = MatrixXd::Zero(n_, n_);
   B_.setZero(n_, rows_ * P);
+  R_.setZero(n_, known_);
+  C_.setZero(n_, known_ * kGauss);
+  ahead_ = VectorXd::Zero(known_ * kGauss);
   phi_.assign(P + 1, MatrixXd::Zero(n_, n_));
   g_ = VectorXd::Zero(rows_);
   moved_ = rate_ = VectorXd::Zero(dynamics.size());
-  monomials_.setZero(P, P);
-  for (int j = 0; j < P; ++j) {
-    // Product of (s + k) / (k - j) over the other nodes: whole numbers until the last division.
-    double divisor = 1.0;
-    int degree = 0;
-    monomials_(0, j) = 1.0;
-    for (int k = 0; k < P; ++k) {
-      if (k == j) continue;
-      divisor *= k - j;
-      ++degree;
-      for (int i = degree; i > 0; --i) monomials_(i, j) = monomials_(i - 1, j) + k * monomials_(i, j);
-      monomials_(0, j) *= k;
-    }
-    monomials_.col(j) /= divisor;
-  }
+  double nodes[P], points[kGauss];
+  for (int j = 0; j < P; ++j) nodes[j] = -j;
+  for (int k = 0; k < kGauss; ++k) points[k] = gauss_point(k);
+  monomials_ = lagrange(nodes, P);
+  inside_ = lagrange(points, kGauss);
   moulton_ = last_interval(kNodes);
 }
 
@@ -94,6 +113,7 @@ void ExponentialAdams::forget() {
   states_.clear();
   rates_.clear();
   remainders_.clear();
+  forces_.clear();
   empty_ = true;
 }
 
@@ -122,6 +142,12 @@ Status ExponentialAdams::linearise(double t, const double* y, const double* f) {
     for (int i = 0; i < n_; ++i) A_(i, k) = (rate_[i] - f[i]) / (moved_[k] - y[k]);
     moved_[k] = y[k];
   }
+  if (known_ > 0) {
+    ++evaluations_;
+    const Status status = dynamics_.rate(t, y, rate_.data());
+    if (status != Status::completed) return status;
+    if (!dynamics_.known_responses(R_.bottomRows(dynamics_.nv))) return Status::singular;
+  }
   age_ = 0;
   linearised_ = true;
   prepared_ = false;
@@ -135,24 +161,29 @@ double ExponentialAdams::guess(double rtol) const {
   return 0.5 * std::pow(rtol / 1e-8, 1.0 / (P + 1)) / std::max(fastest, 1e-3);
 }
 
-void ExponentialAdams::remainder(const double* y, const double* f, double* g) const {
+void ExponentialAdams::remainder(const double* y, const double* f, const double* known, double* g) const {
   Map<VectorXd> out(g, rows_);
   out.noalias() = -A_.bottomRows(rows_).lazyProduct(Map<const VectorXd>(y, n_));
   out += Map<const VectorXd>(f + first_, rows_);
+  if (known_ > 0) out.noalias() -= R_.bottomRows(rows_).lazyProduct(Map<const VectorXd>(known, known_));
 }
 
 void ExponentialAdams::recompute_remainders() {
   remainders_.clear();
   for (int j = rates_.count() - 1; j >= 0; --j) {
-    remainder(states_.column(j), rates_.column(j), g_.data());
+    remainder(states_.column(j), rates_.column(j), forces_.column(j), g_.data());
     remainders_.push(g_.data());
   }
 }
 
-void ExponentialAdams::push(const double* y, const double* f) {
+void ExponentialAdams::push(double t, const double* y, const double* f) {
   states_.push(y);
   rates_.push(f);
-  remainder(y, f, g_.data());
+  if (known_ > 0) {
+    dynamics_.known_forces(t, ahead_.data());
+    forces_.push(ahead_.data());
+  }
+  remainder(y, f, forces_.column(0), g_.data());
   remainders_.push(g_.data());
   ++age_;
 }
@@ -197,6 +228,11 @@ void ExponentialAdams::prepare() {
     block.setZero();
     for (int i = 0; i < P; ++i) block += (h_ * monomials_(i, j) * kFactorial[i]) * phi_[i + 1].rightCols(rows_);
   }
+  for (int k = 0; k < kGauss; ++k) {
+    auto block = C_.middleCols(known_ * k, known_);
+    block.setZero();
+    for (int i = 0; i < kGauss; ++i) block.noalias() += (h_ * inside_(i, k) * kFactorial[i]) * phi_[i + 1] * R_;
+  }
   prepared_ = true;
 }
 
@@ -207,10 +243,13 @@ void ExponentialAdams::error(VectorXd& out) {
   out.segment(first_, rows_) = (kLeftOut * h_) * g_;
 }
 
-void ExponentialAdams::step(const double* y, double* y_new) const {
+void ExponentialAdams::step(double t, const double* y, double* y_new) {
   Map<VectorXd> out(y_new, n_);
   out.noalias() = phi_[0] * Map<const VectorXd>(y, n_);
   out.noalias() += B_ * Map<const VectorXd>(remainders_.column(0), rows_ * P);
+  if (known_ == 0) return;
+  for (int k = 0; k < kGauss; ++k) dynamics_.known_forces(t + gauss_point(k) * h_, ahead_.data() + known_ * k);
+  out.noalias() += C_ * ahead_;
 }
 
 void ExponentialAdams::work(const double* y, const double* f_new, double* y_new) const {

@@ -3,6 +3,8 @@
 // y' = A y + g(t, y) with A the Jacobian at some state. The linear part is carried over a step exactly, g is continued by
 // the polynomial through its last values: y(t + h) = exp(hA) y + sum_j B_j(hA) g(t - j h). Near an equilibrium g holds the
 // loads and little else, so neither the frequencies of the machine nor its dampings limit the step.
+// Loads that depend on time alone are known ahead and are not continued: with R the response to them, g holds f - A y - R F
+// and the integral of exp((h - s)A) R F(t + s) is taken with F interpolated at Gauss's points of the step.
 // Norsett, Lecture Notes in Mathematics 109 (1969); Hochbruck and Ostermann, BIT 51 (2011) 889, Acta Numerica 19 (2010) 209.
 #pragma once
 
@@ -50,31 +52,34 @@ class ExponentialAdams {
   long age() const { return age_; }
   // A first guess at the spacing: a fraction of the fastest vibration.
   double guess(double rtol) const;
-  void push(const double* y, const double* f);
+  void push(double t, const double* y, const double* f);
   // Coefficients for the present Jacobian and spacing, if they are not at hand.
   void prepare();
   // Local error of the step ahead, by component of (q, v).
   void error(Eigen::VectorXd& out);
-  // q and v of the step ahead; its work follows from the rate at its end.
-  void step(const double* y, double* y_new) const;
+  // q and v of the step ahead of t; its work follows from the rate at its end.
+  void step(double t, const double* y, double* y_new);
   void work(const double* y, const double* f_new, double* y_new) const;
   long take_evaluations();
 
  private:
   void phi_functions();
   void recompute_remainders();
-  void remainder(const double* y, const double* f, double* g) const;
+  void remainder(const double* y, const double* f, const double* known, double* g) const;
 
   Dynamics& dynamics_;
   const int n_, first_, rows_;  // of (q, v); first row and number of rows in which g is not zero
+  const int known_;             // loads that depend on time alone
   double h_ = 0.0;
   long age_ = 0, evaluations_ = 0;
   bool empty_ = true, linearised_ = false, prepared_ = false;
-  Past states_, rates_, remainders_;
+  Past states_, rates_, remainders_, forces_;
   Eigen::MatrixXd A_, B_, Z_, power_, sum_, spare_;
+  Eigen::MatrixXd R_, C_;  // response of (q, v) to the known loads; weights of their values at Gauss's points
   std::vector<Eigen::MatrixXd> phi_;
   Eigen::MatrixXd monomials_;  // of the polynomial through the last values: row i, coefficient of s^i
-  Eigen::VectorXd moulton_, g_, moved_, rate_;
+  Eigen::MatrixXd inside_;     // of that through Gauss's points
+  Eigen::VectorXd moulton_, g_, moved_, rate_, ahead_;
 };
 
 }  // namespace drillrig

@@ -52,6 +52,8 @@ int switch_count(const Law& law) {
   return law.kind == LawKind::unilateral_contact ? 2 : law.kind == LawKind::callback ? law.count : 0;
 }
 
+bool depends_on_time_alone(const Law& law) { return law.kind == LawKind::harmonic || law.kind == LawKind::table; }
+
 LawValue evaluate(const Law& law, int index, const LawContext& context, double x, double x_dot, double t) {
   const double* p = law.p;
   LawValue value;

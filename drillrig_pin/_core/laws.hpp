@@ -34,6 +34,9 @@ struct Law {
 // Number of switching functions of a law.
 int switch_count(const Law& law);
 
+// Whether a law is known ahead of the motion and varies: a load that is the same at all times follows from its past.
+bool depends_on_time_alone(const Law& law);
+
 struct LawContext {
   const std::vector<double>* series;
   LawCallback callback;

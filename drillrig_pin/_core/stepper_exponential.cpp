@@ -28,7 +28,7 @@ Status Stepper::exponential(double bound) {
     past.begin(divided(bound - t, wanted_));
   }
   if (past.begins() || t >= node_ + past.spacing() * (1.0 - 1e-6)) {
-    past.push(y.data(), f.data());
+    past.push(t, y.data(), f.data());
     node_ = t;
   }
   if (past.ready() && (status = choose_spacing(bound)) != Status::completed) return status;
@@ -36,7 +36,7 @@ Status Stepper::exponential(double bound) {
   if (!past.ready()) return exponential_start(bound);
   const double h = past.spacing();
   y_new_ = y;
-  past.step(y.data(), y_new_.data());
+  past.step(t, y.data(), y_new_.data());
   t_old = t;
   y_old.swap(y);
   y.swap(y_new_);
@@ -110,7 +110,7 @@ Status Stepper::choose_spacing(double bound) {
     }
   }
   past.begin(divided(rest, wanted_));
-  past.push(y.data(), f.data());
+  past.push(t, y.data(), f.data());
   node_ = t;
   return Status::completed;
 }
