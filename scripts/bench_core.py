@@ -1,12 +1,11 @@
 """Measure what the compiled core promises; one JSON object a line, each with its bar.
 
     python scripts/bench_core.py                    about two minutes
-    python scripts/bench_core.py --figure wp.png    and draw error against time for all integrators
     python scripts/bench_core.py --install          and build a wheel from source
     python scripts/bench_core.py --only rhs run     some of them
 
 Medians over repetitions. What is compared is measured in turn, and ratios are formed turn by turn: they survive a noisy
-machine, times do not. MuJoCo needs a C compiler (gcc).
+machine, times do not. Against other engines: bench_peers.py.
 """
 
 from __future__ import annotations
@@ -24,8 +23,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-import work_precision as wp
-from peer_mujoco import STIFFNESS, MujocoPeer
+from peers import race
+from peers.ours import Core, core_time
+from peers.problem import DURATION, RATE, drilling
 
 from drillrig_pin import Rig, Scenario, load_rig, simulate, simulate_many
 from drillrig_pin.core import CompiledDynamics
@@ -96,12 +96,12 @@ def overhead(rig: Rig) -> None:
     added: dict[str, list[float]] = {name: [] for name in calls}
     for _ in range(101):
         for name, call in calls.items():
-            with wp.core_time() as spent:
+            with core_time() as spent:
                 start = time.perf_counter()
                 call()
                 seconds = time.perf_counter() - start
             whole[name].append(1e3 * seconds)
-            added[name].append(1e3 * (seconds - sum(spent)))
+            added[name].append(1e3 * (seconds - sum(watch.wall for watch in spent)))
     say(
         "Python overhead of a short run, model ready, milliseconds",
         median(added["bound"]),
@@ -115,7 +115,7 @@ def overhead(rig: Rig) -> None:
 
 def many(rig: Rig) -> None:
     """64 runs over one thread and over two, in turn."""
-    cases = [(rig, Scenario(duration=wp.DURATION))] * 64
+    cases = [(rig, Scenario(duration=DURATION))] * 64
     seconds: dict[int, list[float]] = {1: [], 2: []}
     for _ in range(5):
         for threads, times in seconds.items():
@@ -127,100 +127,32 @@ def many(rig: Rig) -> None:
     say("simulate_many, 64 runs, 2 threads against 1", ratio, 1.9, False, one=one, two=two, cores=os.cpu_count())
 
 
-def same_problem(dynamics: object, peer: MujocoPeer, points: list[wp.Point]) -> None:
-    """MuJoCo's accelerations at a moving, loaded state are ours, and its error falls as its method says."""
-    y, n = moving_state(dynamics), dynamics.rig.model.nq
-    ours = CompiledDynamics(dynamics).evaluate(0.5, y)
-    rows = ours["rows"][: len(ours["F"])]
-    free = np.linalg.solve(ours["M"], ours["F"] @ rows - ours["bias"])
-    theirs_free, theirs = peer.accelerations(0.5, y[:n], y[n:-2])
-    orders = {}
-    for method, steps in {"RK4": (5, 10), "implicitfast": (5, 10)}.items():
-        pair = [p.error for k in steps for p in points if (p.engine, p.method, p.steps) == ("MuJoCo", method, k)]
-        orders[method] = float(np.log2(pair[0] / pair[1])) if len(pair) == 2 else None
-    say(
-        "MuJoCo solves the same problem: relative difference of free accelerations",
-        float(np.abs(free - theirs_free).max() / np.abs(free).max()),
-        1e-10,
-        with_soft_hold=float(np.abs(ours["a"] - theirs).max() / np.abs(free).max()),
-        order_of_the_error_at_1_ms=orders,
-        hold=f"tendon equalities, solref {STIFFNESS} dt, impedance 0.9999",
-    )
-
-
-def real_time(points: list[wp.Point], rig: Rig, peer: MujocoPeer) -> None:
+def real_time() -> None:
     """The fastest setting of the core that meets 1e-8."""
-    best = wp.fastest(points, "core", 1e-8)
-    if best is None:
-        say("times real time at 1e-8", None, 50, False)
-        return
-    best.seconds.clear()
-    best.whole.clear()
+    problem = drilling()
+    core = Core(problem)
+    truth, _ = race.reference(problem)
+    good = [point for point in race.measure({"core": core}, truth, rounds=3) if point.error <= 1e-8]
+    best = min(good, key=lambda point: point.least)
+    scenario = problem.scenario.changed(core.changes(best.setting))
+    whole, alone = [], []
     for _ in range(21):
-        wp.run_point(best, rig, peer)
+        with core_time() as spent:
+            start = time.perf_counter()
+            simulate(problem.rig, scenario)
+            whole.append(time.perf_counter() - start)
+        alone.append(sum(watch.wall for watch in spent))
     say(
         "times real time at 1e-8: simulate()",
-        wp.DURATION / median(best.whole),
+        DURATION / median(whole),
         50,
         False,
-        core_alone=wp.DURATION / best.median,
-        method=best.method,
-        setting=best.setting,
+        core_alone=DURATION / median(alone),
+        method=best.setting.method,
+        setting=str(best.setting),
         error=best.error,
+        samples_per_second=RATE,
     )
-
-
-def against_mujoco(points: list[wp.Point], rig: Rig, peer: MujocoPeer, level: float) -> None:
-    """Both at their fastest for an error level and the same samples, in turn; and the core with more samples."""
-    ours, dense = (wp.fastest(points, "core", level, rate) for rate in (wp.GRID, wp.RATE))
-    theirs = wp.fastest(points, "MuJoCo", level, wp.GRID)
-    what = f"MuJoCo's time / the core's at error {level:.0e}"
-    if ours is None or theirs is None:
-        sharpest = {e: min((p for p in points if p.engine == e), key=lambda p: p.error) for e in ("core", "MuJoCo")}
-        say(what, None, 5, False, best={engine: _told(point) for engine, point in sharpest.items()})
-        return
-    group = [point for point in (ours, theirs, dense) if point is not None]
-    for point in group:
-        point.seconds.clear()
-        point.whole.clear()
-    for _ in range(31):
-        for point in group:
-            wp.run_point(point, rig, peer)
-    more = {} if dense is None else {"core_at_1000_samples": _told(dense), "against_that": _times(dense, theirs)}
-    say(
-        what,
-        _times(ours, theirs),
-        5,
-        False,
-        samples_per_second=wp.GRID,
-        against_whole_simulate=median(b / a for a, b in zip(ours.whole, theirs.seconds, strict=True)),
-        core=_told(ours),
-        mujoco=_told(theirs),
-        **more,
-    )
-
-
-def _times(ours: wp.Point, theirs: wp.Point) -> float:
-    return float(median(b / a for a, b in zip(ours.seconds, theirs.seconds, strict=True)))
-
-
-def _told(point: wp.Point) -> dict[str, object]:
-    return {"seconds": point.median, "error": point.error, "method": point.method, "setting": point.setting}
-
-
-def precision(rig: Rig, figure: Path | None) -> None:
-    """Everything that compares times at equal errors."""
-    truth, truth_error = wp.reference(rig)
-    say("reference: change when tolerance and step are doubled", truth_error, 1e-12)
-    dynamics = prepare(rig, wp.case())
-    peer = MujocoPeer(dynamics)
-    points = wp.measure(wp.our_points() + wp.peer_points(), rig, peer, truth)
-    same_problem(dynamics, peer, points)
-    if figure is not None:
-        wp.draw(points, truth_error, figure)
-    real_time(points, rig, peer)
-    for level in (1e-6, 1e-8):
-        against_mujoco(points, rig, peer, level)
 
 
 def installation() -> None:
@@ -241,10 +173,9 @@ def installation() -> None:
 def main() -> None:
     """Print one line per promise."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--figure", type=Path, help="write the work-precision figure to this PNG file")
     parser.add_argument("--install", action="store_true", help="also time an installation from source")
     parser.add_argument(
-        "--only", nargs="+", choices=["rhs", "run", "overhead", "precision", "many"], help="some of them"
+        "--only", nargs="+", choices=["rhs", "run", "overhead", "real_time", "many"], help="some of them"
     )
     arguments = parser.parse_args()
     rig = load_rig("mkz49")
@@ -252,7 +183,7 @@ def main() -> None:
         "rhs": lambda: right_hand_side(rig),
         "run": whole_command,
         "overhead": lambda: overhead(rig),
-        "precision": lambda: precision(rig, arguments.figure),
+        "real_time": real_time,
         "many": lambda: many(rig),
     }
     for name, part in parts.items():

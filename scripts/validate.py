@@ -1,6 +1,6 @@
 """Measure everything the software is held to and write the page a user can read, `tests/VALIDATION.md`.
 
-    python scripts/validate.py                  one or two minutes
+    python scripts/validate.py                  some minutes, most of them for the other engines
     python scripts/validate.py --short          the short form, as in the tests: seconds
     python scripts/validate.py --only order     sections whose title holds a word, to the screen; the page is left alone
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from importlib.metadata import distribution
-
 import numpy as np
 import pinocchio as pin
 import pytest
+from robots import robot_text
 
 from drillrig_pin import Rig, Scenario, load_rig_text, simulate
 from drillrig_pin.simulation import prepare
@@ -29,9 +28,7 @@ EXTENSION = """<drillrig>
 
 
 def ur5_text() -> str:
-    package = distribution("example-robot-data")
-    (path,) = (file for file in package.files or () if file.name == "ur5_robot.urdf")
-    return path.read_text()
+    return robot_text("ur5_robot.urdf")
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-// Force elements of a rig as MuJoCo's passive force, and a time loop without Python: helper of peer_mujoco.py.
+// Force elements of a rig as MuJoCo's passive force, and a time loop without Python: helper of mujoco.py.
 #include <math.h>
 #include <mujoco/mujoco.h>
 #include <string.h>

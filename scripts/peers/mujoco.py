@@ -10,20 +10,19 @@ from __future__ import annotations
 import ctypes
 import subprocess
 import tempfile
-import time
-import xml.etree.ElementTree as ET
 from pathlib import Path
+from typing import ClassVar
 
 import mujoco
 import numpy as np
 
 from drillrig_pin.coordinates import JointCoordinate, Line, Slide, Turn
-from drillrig_pin.dynamics import Dynamics
 from drillrig_pin.elements.contact import BilateralContact
 from drillrig_pin.elements.cylinder import LockedOil
 from drillrig_pin.elements.loads import HarmonicLaw
 from drillrig_pin.elements.springs import SpringDamper
-from drillrig_pin.kinematics import Anchor, world_point
+from drillrig_pin.kinematics import Anchor, Array, world_point
+from peers.problem import RATE, Problem, Setting, Stopwatch, divided
 
 #: Distance of the tendons' far anchors [m]: a tip that moves 1 mm across changes a length by 1e-6 / (2 FAR).
 FAR = 1e4
@@ -34,6 +33,7 @@ IMPEDANCE = 0.9999
 UNUSED = ["CONTACT", "LIMIT", "FRICTIONLOSS", "ACTUATION", "CLAMPCTRL", "SENSOR", "ISLAND", "REFSAFE", "AUTORESET"]
 #: Time constant of the hold in steps: the stiffest that is stable and accurate, found by trying.
 STIFFNESS = {"RK4": 0.6, "implicitfast": 2.0}
+SWEEP = {"RK4": (2, 3, 4, 5, 6, 8, 10, 12, 14, 16, 20, 28, 40, 80), "implicitfast": (2, 5, 10, 20, 40, 80, 160)}
 
 LAWS = {
     LockedOil: (0, ("x0", "E0", "S_A", "S_B", "l_A", "l_B", "p_A0", "p_B0", "k")),
@@ -45,30 +45,34 @@ WIDTH, PARAMETERS, TERMS, SERIES = 64, 15, 24, 25
 
 
 def compile_helper(folder: str) -> ctypes.CDLL:
-    """Build peer_mujoco.c against the installed MuJoCo, as fast as its makers build theirs."""
+    """Build mujoco.c against the installed MuJoCo, as fast as its makers build theirs."""
     package = Path(mujoco.__file__).parent
     library = next(package.glob("libmujoco.so.*"))
-    target, source = Path(folder, "peer_mujoco.so"), Path(__file__).with_suffix(".c")
+    target, source = Path(folder, "laws.so"), Path(__file__).with_suffix(".c")
     flags = ["-O3", "-march=native", "-shared", "-fPIC", f"-I{package / 'include'}"]
     subprocess.run(["gcc", *flags, str(source), str(library), "-lm", "-o", str(target)], check=True)
     return ctypes.CDLL(str(target))
 
 
-class MujocoPeer:
+class Mujoco:
     """A bound rig in MuJoCo; one case, many runs."""
 
-    def __init__(self, dynamics: Dynamics) -> None:
-        self.dynamics = dynamics
+    name = "MuJoCo"
+    package = "mujoco"
+    #: Of RK4: as long as the error of the hold, which falls with its time constant squared, is the smaller one.
+    orders: ClassVar = {"RK4": 4, "implicitfast": 1}
+
+    def __init__(self, problem: Problem, far: float = FAR) -> None:
+        self.problem, self.dynamics = problem, problem.dynamics
         with tempfile.TemporaryDirectory() as folder:
             self.helper = compile_helper(folder)
-        self.spec = _spec(dynamics)
-        self.model = self.spec.compile()
+        self.model = _spec(problem, far).compile()
         # An equality holds the length found at MuJoCo's own zero position, plus this.
-        self.model.eq_data[:, 0] = dynamics.targets + FAR - self.model.tendon_length0
+        self.model.eq_data[:, 0] = self.dynamics.targets + far - self.model.tendon_length0
         self.data = mujoco.MjData(self.model)
-        names = list(dynamics.rig.model.names)
+        names = list(problem.rig.model.names)
         self.bodies = [0] + [int(self.model.joint(name).bodyid[0]) for name in names[1:]]
-        self.table = np.array([self._row(i) for i in range(len(dynamics.forces))])
+        self.table = np.array([self._row(i) for i in range(len(self.dynamics.forces))])
 
     def _row(self, i: int) -> np.ndarray:
         """One force element as a row of the helper's table."""
@@ -98,57 +102,62 @@ class MujocoPeer:
         row[6:15] = [*a.vector, *b.vector, *n.vector]
         return row
 
-    def start(self, integrator: str, step: float) -> None:
-        """Back to the start of the case."""
+    def start(self, integrator: str, step: float, stiffness: float | None = None) -> None:
+        """Back to the start of the case; the hold's time constant in steps is given or the integrator's own."""
         options, model = self.model.opt, self.model
         options.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
         options.timestep = step
-        model.eq_solref[:] = (STIFFNESS[integrator] * step, 1.0)
+        model.eq_solref[:] = ((stiffness or STIFFNESS[integrator]) * step, 1.0)
         mujoco.mj_resetData(model, self.data)
-        y = self.dynamics.initial()
-        self.data.qpos[:], self.data.qvel[:] = y[: model.nq], y[model.nq : model.nq + model.nv]
+        self.data.qpos[:], self.data.qvel[:] = self.problem.q, self.problem.v
         rows = np.ascontiguousarray(self.table)
         self.helper.install(rows.ctypes.data_as(ctypes.c_void_p), len(rows))
 
-    def run(self, integrator: str, step: float, duration: float, every: int) -> tuple[float, np.ndarray]:
-        """Seconds of the time loop alone, and the positions after every ``every``-th step."""
-        self.start(integrator, step)
-        steps = round(duration / step)
-        out = np.zeros((steps // every, self.model.nq))
-        model, data = ctypes.c_void_p(self.model._address), ctypes.c_void_p(self.data._address)
-        start = time.perf_counter()
-        self.helper.drive(model, data, steps, every, out.ctypes.data_as(ctypes.c_void_p))
-        seconds = time.perf_counter() - start
-        self.helper.uninstall()
-        return seconds, out
+    def sweep(self) -> list[list[Setting]]:
+        """Fixed steps of two integrators."""
+        return [[Setting(method, step=step) for step in divided(*counts)] for method, counts in SWEEP.items()]
 
-    def accelerations(self, t: float, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Accelerations at a state with all loads: without the hold, and with it."""
+    def run(self, setting: Setting, stiffness: float | None = None) -> tuple[Stopwatch, Array]:
+        """Time of the compiled loop alone, and positions at the samples."""
+        self.start(setting.method, setting.step, stiffness)
+        every = round(1.0 / RATE / setting.step)
+        out = np.zeros((len(self.problem.samples), self.model.nq))
+        model, data = ctypes.c_void_p(self.model._address), ctypes.c_void_p(self.data._address)
+        with Stopwatch() as watch:
+            self.helper.drive(model, data, every * len(out), every, out.ctypes.data_as(ctypes.c_void_p))
+        self.helper.uninstall()
+        return watch, out
+
+    def acceleration(self, t: float, q: Array, v: Array) -> Array:
+        """Joint accelerations at a state with all loads and its soft hold."""
+        return self._evaluated(t, q, v).qacc.copy()
+
+    def free_acceleration(self, t: float, q: Array, v: Array) -> Array:
+        """The same without the hold: what can agree to rounding."""
+        return self._evaluated(t, q, v).qacc_smooth.copy()
+
+    def _evaluated(self, t: float, q: Array, v: Array) -> mujoco.MjData:
         self.start("RK4", 1e-4)
         self.data.time, self.data.qpos[:], self.data.qvel[:] = t, q, v
         mujoco.mj_forward(self.model, self.data)
         self.helper.uninstall()
-        return self.data.qacc_smooth.copy(), self.data.qacc.copy()
+        return self.data
 
 
-def _spec(dynamics: Dynamics) -> mujoco.MjSpec:
+def _spec(problem: Problem, far: float) -> mujoco.MjSpec:
     """The expanded URDF with the hold added and everything switched off that this problem does not need."""
-    rig = dynamics.rig
-    root = ET.fromstring(rig.file.text)
-    for link in root.findall("link"):
-        for child in [*link.findall("visual"), *link.findall("collision")]:
-            link.remove(child)
-    spec = mujoco.MjSpec.from_string(ET.tostring(root, encoding="unicode"))
+    dynamics, rig = problem.dynamics, problem.rig
+    spec = mujoco.MjSpec.from_string(problem.urdf)
     spec.option.gravity = rig.model.gravity.linear
     names = list(rig.model.names)
     targets = dynamics.targets
     for i, (row, target) in enumerate(zip(rig.rows, targets, strict=True)):
         slide = row.coordinate
         tip, axis = slide.point, np.array(slide.direction.vector)
-        position = _world(dynamics, tip)
+        position = _world(problem, tip)
         spec.joint(names[tip.joint]).parent.add_site(name=f"tip{i}", pos=tip.vector)
         # Level with the tip across the axis, so that the length is the coordinate plus a constant.
-        spec.worldbody.add_site(name=f"far{i}", pos=position - (axis @ position + FAR) * axis)
+        spec.worldbody.add_site(name=f"far{i}", pos=position - (axis @ position + far) * axis)
         tendon = spec.add_tendon(name=row.name)
         tendon.wrap_site(f"far{i}")
         tendon.wrap_site(f"tip{i}")
@@ -164,8 +173,8 @@ def _spec(dynamics: Dynamics) -> mujoco.MjSpec:
     return spec
 
 
-def _world(dynamics: Dynamics, anchor: Anchor) -> np.ndarray:
+def _world(problem: Problem, anchor: Anchor) -> Array:
     """World position of a point at the start."""
-    dynamics.space.update(dynamics.equilibrium.assembly.q, dynamics.equilibrium.assembly.v)
-    frame = dynamics.space.kinematics.data.oMi[anchor.joint]
+    problem.dynamics.space.update(problem.q, problem.v)
+    frame = problem.dynamics.space.kinematics.data.oMi[anchor.joint]
     return np.asarray(frame.act(np.array(anchor.vector)))
