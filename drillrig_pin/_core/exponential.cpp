@@ -19,12 +19,9 @@ constexpr double kLeftOut = 1070017.0 / 3628800.0;
 constexpr double kPosition = 1e-7, kVelocity = 1e-5;
 constexpr int kTerms = 18;  // of the Taylor series, with an argument of at most about one
 
-// Gauss's points and weights from -1 to 1, middle one first, and the points of a step of length one.
-constexpr int kGauss = 5;
-constexpr double kPoint[] = {0.0, 0.5384693101056831, 0.9061798459386640};
-constexpr double kWeight[] = {0.5688888888888889, 0.4786286704993665, 0.2369268850561891};
-
-constexpr double gauss_point(int k) { return 0.5 + 0.5 * (k < 2 ? -kPoint[2 - k] : kPoint[k - 2]); }
+// Lobatto's points of a step of length one: both ends are among them, and one step's end is the next one's start.
+constexpr int kInside = 5;
+constexpr double kPoint[kInside] = {0.0, 0.1726731646460114, 0.5, 0.8273268353539886, 1.0};
 
 // Coefficients of the polynomials that are one at one of the nodes and zero at the others: column j, row i for s^i.
 MatrixXd lagrange(const double* nodes, int count) {
@@ -55,10 +52,12 @@ constexpr std::array<double, kNodes + 1> kFactorial = [] {
 // formula of five points, exact up to degree 9.
 VectorXd last_interval(int count) {
   VectorXd weights = VectorXd::Zero(count);
+  constexpr double x[] = {0.0, 0.5384693101056831, 0.9061798459386640};
+  constexpr double w[] = {0.5688888888888889, 0.4786286704993665, 0.2369268850561891};
   for (int k = -2; k <= 2; ++k) {
-    const double s = gauss_point(k + 2) - 1.0;
+    const double s = -0.5 + 0.5 * (k < 0 ? -x[-k] : x[k]);
     for (int j = 0; j < count; ++j) {
-      double value = 0.5 * kWeight[std::abs(k)];
+      double value = 0.5 * w[std::abs(k)];
       for (int i = 0; i < count; ++i)
         if (i != j) value *= (s + i) / (i - j);
       weights[j] += value;
@@ -96,16 +95,15 @@ ExponentialAdams::ExponentialAdams(Dynamics& dynamics)
   A_ = Z_ = power_ = sum_ = spare_ = MatrixXd::Zero(n_, n_);
   B_.setZero(n_, rows_ * P);
   R_.setZero(n_, known_);
-  C_.setZero(n_, known_ * kGauss);
-  ahead_ = VectorXd::Zero(known_ * kGauss);
+  C_.setZero(n_, known_ * kInside);
+  ahead_ = VectorXd::Zero(known_ * kInside);
   phi_.assign(P + 1, MatrixXd::Zero(n_, n_));
   g_ = VectorXd::Zero(rows_);
   moved_ = rate_ = VectorXd::Zero(dynamics.size());
-  double nodes[P], points[kGauss];
+  double nodes[P];
   for (int j = 0; j < P; ++j) nodes[j] = -j;
-  for (int k = 0; k < kGauss; ++k) points[k] = gauss_point(k);
   monomials_ = lagrange(nodes, P);
-  inside_ = lagrange(points, kGauss);
+  inside_ = lagrange(kPoint, kInside);
   moulton_ = last_interval(kNodes);
 }
 
@@ -180,8 +178,9 @@ void ExponentialAdams::push(double t, const double* y, const double* f) {
   states_.push(y);
   rates_.push(f);
   if (known_ > 0) {
-    dynamics_.known_forces(t, ahead_.data());
-    forces_.push(ahead_.data());
+    double* reached = ahead_.data() + known_ * (kInside - 1);
+    if (!(std::abs(t - reached_) <= 1e-9 * h_)) dynamics_.known_forces(t, reached);
+    forces_.push(reached);
   }
   remainder(y, f, forces_.column(0), g_.data());
   remainders_.push(g_.data());
@@ -228,10 +227,10 @@ void ExponentialAdams::prepare() {
     block.setZero();
     for (int i = 0; i < P; ++i) block += (h_ * monomials_(i, j) * kFactorial[i]) * phi_[i + 1].rightCols(rows_);
   }
-  for (int k = 0; k < kGauss; ++k) {
+  for (int k = 0; k < kInside; ++k) {
     auto block = C_.middleCols(known_ * k, known_);
     block.setZero();
-    for (int i = 0; i < kGauss; ++i) block.noalias() += (h_ * inside_(i, k) * kFactorial[i]) * phi_[i + 1] * R_;
+    for (int i = 0; i < kInside; ++i) block.noalias() += (h_ * inside_(i, k) * kFactorial[i]) * phi_[i + 1] * R_;
   }
   prepared_ = true;
 }
@@ -248,7 +247,9 @@ void ExponentialAdams::step(double t, const double* y, double* y_new) {
   out.noalias() = phi_[0] * Map<const VectorXd>(y, n_);
   out.noalias() += B_ * Map<const VectorXd>(remainders_.column(0), rows_ * P);
   if (known_ == 0) return;
-  for (int k = 0; k < kGauss; ++k) dynamics_.known_forces(t + gauss_point(k) * h_, ahead_.data() + known_ * k);
+  std::memcpy(ahead_.data(), forces_.column(0), sizeof(double) * known_);
+  for (int k = 1; k < kInside; ++k) dynamics_.known_forces(t + kPoint[k] * h_, ahead_.data() + known_ * k);
+  reached_ = t + h_;
   out.noalias() += C_ * ahead_;
 }
 

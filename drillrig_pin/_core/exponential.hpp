@@ -4,11 +4,12 @@
 // the polynomial through its last values: y(t + h) = exp(hA) y + sum_j B_j(hA) g(t - j h). Near an equilibrium g holds the
 // loads and little else, so neither the frequencies of the machine nor its dampings limit the step.
 // Loads that depend on time alone are known ahead and are not continued: with R the response to them, g holds f - A y - R F
-// and the integral of exp((h - s)A) R F(t + s) is taken with F interpolated at Gauss's points of the step.
+// and the integral of exp((h - s)A) R F(t + s) is taken with F interpolated at Lobatto's points of the step.
 // Norsett, Lecture Notes in Mathematics 109 (1969); Hochbruck and Ostermann, BIT 51 (2011) 889, Acta Numerica 19 (2010) 209.
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <vector>
 
 #include "dynamics.hpp"
@@ -71,14 +72,15 @@ class ExponentialAdams {
   const int n_, first_, rows_;  // of (q, v); first row and number of rows in which g is not zero
   const int known_;             // loads that depend on time alone
   double h_ = 0.0;
+  double reached_ = std::numeric_limits<double>::quiet_NaN();  // time of the last values in ahead_
   long age_ = 0, evaluations_ = 0;
   bool empty_ = true, linearised_ = false, prepared_ = false;
   Past states_, rates_, remainders_, forces_;
   Eigen::MatrixXd A_, B_, Z_, power_, sum_, spare_;
-  Eigen::MatrixXd R_, C_;  // response of (q, v) to the known loads; weights of their values at Gauss's points
+  Eigen::MatrixXd R_, C_;  // response of (q, v) to the known loads; weights of their values inside a step
   std::vector<Eigen::MatrixXd> phi_;
   Eigen::MatrixXd monomials_;  // of the polynomial through the last values: row i, coefficient of s^i
-  Eigen::MatrixXd inside_;     // of that through Gauss's points
+  Eigen::MatrixXd inside_;     // of that through Lobatto's points
   Eigen::VectorXd moulton_, g_, moved_, rate_, ahead_;
 };
 
