@@ -76,9 +76,24 @@ def assemble_state(
     goal = np.where([target is None for target in wanted], space.x_constraint, goal)
     J = space.J.copy()
     if len(J):
-        v = v - np.linalg.lstsq(J, J @ v, rcond=RANK)[0]
+        v = v - least_norm(J, J @ v)
     moved = pin.difference(rig.model, q0, q)
     return Assembly(q, v, goal, dict(zip(rig.dof_names, moved.tolist(), strict=True)), redundant_rows(J, names))
+
+
+def least_norm(A: Array, b: Array) -> Array:
+    """The smallest x with A x nearest to b.
+
+    Raises:
+        AssemblyError: A or b is not finite: two points coincide, or numbers are absurdly large.
+    """
+    try:
+        return np.asarray(np.linalg.lstsq(A, b, rcond=RANK)[0], dtype=float)
+    except np.linalg.LinAlgError:
+        raise AssemblyError(
+            "positions or forces of the machine at its start are no finite numbers",
+            todo="Two points that an element joins may coincide, or a size, mass or target be far too large.",
+        ) from None
 
 
 def _close(rig: Rig, space: Workspace, q0: Array, which: Array, goal: Array) -> Array:
@@ -92,7 +107,7 @@ def _close(rig: Rig, space: Workspace, q0: Array, which: Array, goal: Array) -> 
         error = float(np.abs(f).max())
         # Full step onto the linearised constraints, of all such points the one nearest to q0.
         back = pin.difference(rig.model, q, q0)
-        step = back - np.linalg.lstsq(J, J @ back + f, rcond=RANK)[0]
+        step = back - least_norm(J, J @ back + f)
         if error <= CLOSED and float(np.abs(step).max()) < 1e-9:
             return q
         best = min(best, error)

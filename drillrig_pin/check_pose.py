@@ -45,7 +45,10 @@ def check_pose(rig: Rig, pose: str | None, *, statics: bool = True) -> list[Prob
         problems += _redundant(rig, assembly, label)
         problems += _cylinders(rig, assembly.q, label)
         if statics and not any(problem.severity == "error" for problem in problems):
-            problems += _statics(rig, assembly, label, where)
+            try:
+                problems += _statics(rig, assembly, label, where)
+            except AssemblyError as error:
+                problems.append(Problem("error", f"{label}: {error.what}", where, error.todo))
     return problems
 
 

@@ -9,6 +9,8 @@ import difflib
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
+from functools import partial
+from typing import Any
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,10 +39,19 @@ class DrillrigError(Exception):
         self.todo = todo
         super().__init__(what, where, todo)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """What carries it to another process: exceptions are made anew of their arguments, here of words by name."""
+        return partial(type(self), self.what, where=self.where, todo=self.todo), (), self.__dict__
+
     def __str__(self) -> str:
-        place = f"{self.where}: " if self.where is not None else ""
-        advice = f" {self.todo}" if self.todo else ""
-        return f"{place}{self.what}.{advice}"
+        place = f"{_cut(str(self.where))}: " if self.where is not None else ""
+        advice = f" {_cut(self.todo)}" if self.todo else ""
+        return f"{place}{_cut(self.what)}.{advice}"
+
+
+def _cut(sentence: str) -> str:
+    """A sentence that a name of thousands of letters does not drown: the middle is left out."""
+    return sentence if len(sentence) <= SENTENCE else f"{sentence[: SENTENCE // 2]}...{sentence[-SENTENCE // 2 :]}"
 
 
 class ModelError(DrillrigError):
@@ -49,6 +60,14 @@ class ModelError(DrillrigError):
 
 class ScenarioError(DrillrigError):
     """The scenario is not valid, or does not fit the model."""
+
+
+class FieldError(ScenarioError):
+    """A field of a scenario or a study is not valid; ``way`` leads to it: keys and positions from the outside in."""
+
+    def __init__(self, what: str, *, where: object = None, todo: str = "", way: tuple[str | int, ...] = ()) -> None:
+        super().__init__(what, where=where, todo=todo)
+        self.way = way
 
 
 class AssemblyError(DrillrigError):
@@ -79,6 +98,8 @@ def shown(value: object) -> str:
 
 #: Longer values would hide the sentence they belong to.
 SHOWN = 80
+#: Longer sentences nobody reads.
+SENTENCE = 900
 #: Longer lists of legal names would hide the sentence they belong to.
 LISTED = 40
 

@@ -6,16 +6,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from drillrig_pin.errors import ScenarioError, legal_names, shown
+from drillrig_pin.errors import FieldError, ScenarioError, legal_names, shown
 from drillrig_pin.files import shipped_scenarios
-from drillrig_pin.model.nodes import short_path
+from drillrig_pin.yamlfile import read_fields
 
-MAX_BYTES = 1_000_000
 MAX_SAMPLES = 50_000_000
-MAX_DEPTH = 20
 
 #: Integrators of the compiled core.
 CORE_METHODS = ("RK4", "DOP853", "RODAS", "ExpAdams")
@@ -146,48 +143,21 @@ def load_scenario(path_or_name: str | Path, **changes: Any) -> Scenario:
                 todo=legal_names(path.name, shipped, "scenarios") + " One of your own is given by its path.",
             )
         path = shipped[path.name]
-    where = short_path(path)
-    try:
-        with path.open("rb") as stream:
-            raw = stream.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise ScenarioError(f"cannot be read ({error.strerror})", where=where, todo="Check the path.") from None
-    if len(raw) > MAX_BYTES:
-        raise ScenarioError("the scenario is larger than 1 MB", where=where)
-    try:
-        fields = _load_yaml(raw)
-    except (yaml.YAMLError, UnicodeDecodeError, RecursionError, ValueError) as error:
-        reason = " ".join(str(error).split())
-        raise ScenarioError(f"not readable as YAML ({reason})", where=where) from None
-    if fields is None:
-        fields = {}
-    if not isinstance(fields, dict) or not all(isinstance(key, str) for key in fields):
-        raise ScenarioError("a scenario is a list of `field: value` lines", where=where)
+    fields, lines = read_fields(path, "a scenario")
     fields.setdefault("name", path.stem)
     try:
-        return Scenario(**merged(fields, changes))
-    except ScenarioError as error:
-        raise ScenarioError(error.what, where=where, todo=error.todo) from None
+        case = Scenario(**fields)
+    except FieldError as error:
+        raise ScenarioError(error.what, where=lines.at(error.way), todo=error.todo) from None
+    return case.changed(changes) if changes else case
 
 
-def _load_yaml(raw: bytes) -> Any:
-    """Plain YAML; aliases are refused, since a few of them can unfold into gigabytes, and so is absurd nesting."""
-    text = raw.decode()
-    depth = 0
-    for event in yaml.parse(text, Loader=yaml.SafeLoader):
-        if isinstance(event, yaml.AliasEvent):
-            raise ValueError("aliases are not allowed in a scenario")
-        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
-        if depth > MAX_DEPTH:
-            raise ValueError(f"nested deeper than {MAX_DEPTH} levels")
-    return yaml.safe_load(text)
-
-
-def _scenario_error(error: ValidationError) -> ScenarioError:
+def _scenario_error(error: ValidationError) -> FieldError:
     findings = error.errors(include_url=False)
     first = findings[0]
     branches = ("literal[", "float", "constrained", "list[")
-    names = [str(part) for part in first["loc"] if not str(part).startswith(branches)]
+    way = tuple(part for part in first["loc"] if not str(part).startswith(branches))
+    names = [str(part) for part in way]
     field = ".".join(names)
     if first["type"] == "extra_forbidden":
         part: Any = Scenario
@@ -198,4 +168,4 @@ def _scenario_error(error: ValidationError) -> ScenarioError:
         message = first["msg"].removeprefix("Value error, ").removeprefix("Input ")
         what = f"scenario.{field} = {shown(first.get('input'))} {message}" if field else message
         todo = ""
-    return ScenarioError(what, todo=todo)
+    return FieldError(what, todo=todo, way=way)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from drillrig_pin.assembly import RANK, Assembly
+from drillrig_pin.assembly import Assembly, least_norm
 from drillrig_pin.elements.cylinder import Cylinder
 from drillrig_pin.kinematics import Array
 from drillrig_pin.rig import Rig
@@ -85,4 +85,4 @@ def _carry(rows: Array, needed: Array) -> Array:
     """Least-norm forces with rows^T F nearest to ``needed``."""
     if not len(rows):
         return np.zeros(0)
-    return np.asarray(np.linalg.lstsq(rows.T, needed, rcond=RANK)[0], dtype=float)
+    return least_norm(rows.T, needed)

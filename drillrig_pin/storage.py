@@ -70,7 +70,7 @@ def read_netcdf(
 
     try:
         with h5netcdf.File(path, "r") as file:
-            attributes = dict(file.attrs)
+            attributes = {name: _clean(value) for name, value in file.attrs.items()}
             arrays = {name: np.asarray(file.variables[name][...], dtype=float) for name in columns}
             labels = {dim: [_text(word) for word in file.variables[dim][...]] for dim in dims}
     except FileNotFoundError:
@@ -114,4 +114,11 @@ def _unwritable(path: Path, error: OSError) -> ResultFileError:
 
 
 def _text(word: Any) -> str:
-    return word.decode() if isinstance(word, bytes) else str(word)
+    return str(_clean(word.decode() if isinstance(word, bytes) else str(word)))
+
+
+def _clean(value: Any) -> Any:
+    """ValueError for text of damaged bytes, which h5py hands over in a form that nothing can write again."""
+    if isinstance(value, str):
+        value.encode()
+    return value

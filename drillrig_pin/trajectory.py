@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from pydantic import TypeAdapter
 
 from drillrig_pin.errors import Outcome, ResultFileError, Status, legal_names
 from drillrig_pin.kinematics import Array
@@ -208,9 +209,10 @@ def load_trajectory(path: str | Path) -> Trajectory:
     """
     path = Path(path)
     arrays, labels, attributes = read_netcdf(path, ["time", *VARIABLES], DIMENSIONS)
-    if attributes.get("format") != FORMAT:
+    if str(attributes.get("format")) != FORMAT:
         raise ResultFileError("not a result file of drillrig", where=short_path(path))
     try:
+        _require_shapes(arrays, labels)
         outcome = Outcome(
             Status[attributes["status"]],
             float(attributes["end_time"]),
@@ -224,16 +226,31 @@ def load_trajectory(path: str | Path) -> Trajectory:
             outcome,
             Scenario(**json.loads(attributes["scenario"])),
             str(attributes["model"]),
-            json.loads(attributes["arguments"]),
-            json.loads(attributes["cost"]),
-            tuple(json.loads(attributes["notes"])),
-            tuple(json.loads(attributes["added"])),
+            _told(attributes["arguments"], dict[str, Any]),
+            _told(attributes["cost"], dict[str, float]),
+            _told(attributes["notes"], tuple[str, ...]),
+            _told(attributes["added"], tuple[str, ...]),
             str(attributes["engine"]),
             str(attributes["method"]),
-            json.loads(attributes["versions"]),
+            _told(attributes["versions"], dict[str, str]),
         )
     except Exception as error:
         raise damaged(path, error) from None
+
+
+def _require_shapes(arrays: dict[str, Array], labels: dict[str, list[str]]) -> None:
+    """ValueError for an array that has not one entry for every sample and every name."""
+    sizes = {dim: len(words) for dim, words in labels.items()} | {"axis": len(AXES)}
+    samples = arrays["time"].shape
+    for name, meaning in VARIABLES.items():
+        shape = (*samples, *(sizes[dim] for dim in meaning.dims))
+        if len(samples) != 1 or arrays[name].shape != shape:
+            raise ValueError(f"{name} has the shape {arrays[name].shape}, not {shape}")
+
+
+def _told(text: Any, kind: Any) -> Any:
+    """What a text of JSON says; pydantic's ValidationError if it is of another kind."""
+    return TypeAdapter(kind).validate_json(text)
 
 
 def content_hash(

@@ -45,13 +45,30 @@ class Place:
 
 
 @dataclass(frozen=True)
+class Held:
+    """World axes a point is held on, and where: its position in the world, or None for where it starts."""
+
+    axes: tuple[int, ...]
+    at: Array | None
+
+    def moved(self, move: pin.SE3) -> tuple[str, str]:
+        """Axes and target after a move of the world, which must take held axes to axes."""
+        turned = np.abs(move.rotation[:, list(self.axes)])
+        axes = [0, 1, 2] if len(self.axes) == 3 else [int(np.argmax(column)) for column in turned.T]
+        words = " ".join("xyz"[axis] for axis in axes)
+        if self.at is None:
+            return words, "initial"
+        return words, _text((move * self.at)[axes])
+
+
+@dataclass(frozen=True)
 class Machine:
     """What a model file says, without its names.
 
     Attributes:
         bodies, places: the tree and the points on it.
         elements: tag, attributes and text inside; ``{p3}`` and ``{j2}`` stand for names of points and joints, a
-            direction in the world is an array.
+            direction in the world is an array, what a hold holds is a :class:`Held`.
         gravity: in the world [m/s^2].
     """
 
@@ -60,8 +77,10 @@ class Machine:
     elements: tuple[Written, ...] = ()
     gravity: Sequence[float] = (0.0, 0.0, -9.81)
 
-    def rig(self, name: Callable[[str], str] = str, order: Sequence[int] = (), move: pin.SE3 | None = None) -> Rig:
-        """Load it with every name changed, elements in another order, and the whole world moved."""
+    def rig(
+        self, name: Callable[[str], str] = str, mixed: np.random.Generator | None = None, move: pin.SE3 | None = None
+    ) -> Rig:
+        """Load it with every name changed, everything in the file in another order, and the whole world moved."""
         move = move or pin.SE3.Identity()
         named = {f"p{i}": name(f"p{i}") for i in range(len(self.places))}
         named |= {f"j{i}": name(f"j{i}") for i in range(len(self.bodies))}
@@ -71,19 +90,24 @@ class Machine:
             parent = "world" if body.parent < 0 else name(f"b{body.parent}")
             parts.append(link(name(f"b{i}"), body.mass, body.com, body.moments.tolist()))
             parts.append(joint(named[f"j{i}"], body.kind, parent, name(f"b{i}"), xyz, body.axis, rpy))
-        extension = f'<gravity xyz="{_text(move.rotation @ np.asarray(self.gravity))}"/>'
+        extension = [f'<gravity xyz="{_text(move.rotation @ np.asarray(self.gravity))}"/>']
         for i, place in enumerate(self.places):
             xyz, rpy = self._placed(place.on, place.xyz, place.rpy, move)
-            extension += point(named[f"p{i}"], "world" if place.on < 0 else name(f"b{place.on}"), xyz, rpy)
-        for i in order or range(len(self.elements)):
-            tag, attributes, inside = self.elements[i]
-            words = {
-                key: _text(move.rotation @ value) if isinstance(value, np.ndarray) else str(value).format(**named)
-                for key, value in attributes.items()
-            }
+            extension.append(point(named[f"p{i}"], "world" if place.on < 0 else name(f"b{place.on}"), xyz, rpy))
+        for i, (tag, attributes, inside) in enumerate(self.elements):
+            words: dict[str, str] = {}
+            for key, value in attributes.items():
+                if isinstance(value, Held):
+                    words["axes"], words["target"] = value.moved(move)
+                else:
+                    turned = isinstance(value, np.ndarray)
+                    words[key] = _text(move.rotation @ value) if turned else str(value).format(**named)
             written = " ".join(f'{key}="{value}"' for key, value in words.items())
-            extension += f'<{tag} name="{name(f"e{i}")}" {written}>{inside}</{tag}>\n'
-        return load_rig_text(robot(*parts, extension=extension))
+            extension.append(f'<{tag} name="{name(f"e{i}")}" {written}>{inside}</{tag}>\n')
+        if mixed is not None:
+            mixed.shuffle(parts)
+            mixed.shuffle(extension)
+        return load_rig_text(robot(*parts, extension="".join(extension)))
 
     @staticmethod
     def _placed(on: int, xyz: Array, rpy: Array, move: pin.SE3) -> tuple[Array, Array]:
@@ -98,17 +122,23 @@ def _text(vector: Array) -> str:
 
 
 @st.composite
-def machines(draw: Any, closed: bool = False) -> Machine:
-    """A tree of one to four bodies that carries one element of every registered class, and a loop if ``closed``."""
+def machines(draw: Any, closed: bool = False, held: bool = False) -> Machine:
+    """A tree of one to four bodies that carries one element of every registered class.
+
+    Args:
+        draw: given by hypothesis.
+        closed: with a loop.
+        held: on a floating base, a point of which is held on one, two or three world axes.
+    """
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
-    count = draw(st.integers(1, 4))
+    count = draw(st.integers(2 if held else 1, 4))
     bodies = []
     for i in range(count):
-        kind = draw(st.sampled_from(KINDS if i == 0 else KINDS[:3]))
+        kind = "floating" if held and i == 0 else draw(st.sampled_from(KINDS if i == 0 else KINDS[:3]))
         bodies.append(
             Body(
                 kind,
-                draw(st.integers(-1, i - 1)),
+                -1 if held and i == 0 else draw(st.integers(-1, i - 1)),
                 rng.uniform(-0.5, 0.5, 3),
                 rng.uniform(-1, 1, 3),
                 _unit(rng),
@@ -121,6 +151,8 @@ def machines(draw: Any, closed: bool = False) -> Machine:
         # Joint springs and torques need a joint with one dof.
         bodies[0] = replace(bodies[0], kind="revolute")
     places = [Place(on, rng.uniform(-0.5, 0.5, 3), rng.uniform(-1, 1, 3)) for on in (-1, *range(count))]
+    if held:
+        places.insert(1, Place(0, rng.uniform(-0.5, 0.5, 3), rng.uniform(-1, 1, 3)))
     bare = Machine(tuple(bodies), tuple(places))
     rig = bare.rig()
     at = _positions(rig, len(places))
@@ -133,6 +165,9 @@ def machines(draw: Any, closed: bool = False) -> Machine:
         elements.append(
             ("loop", {"from": f"{{p{len(places) - 1}}}", "to": f"{{p{len(places) - 2}}}", "translations": "x"}, "")
         )
+    if held:
+        axes = draw(st.sampled_from([(0,), (2,), (1, 2), (2, 0), (0, 1, 2)]))
+        elements.append(("hold", {"point": "{p1}", "held": Held(axes, draw(st.sampled_from([None, at[1]])))}, ""))
     return Machine(tuple(bodies), tuple(places), tuple(elements))
 
 

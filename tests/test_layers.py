@@ -15,7 +15,7 @@ ROOT = Path(drillrig_pin.__file__).parent
 LAYERS: list[tuple[str, ...]] = [
     ("errors", "_drillrig", "words"),
     ("files",),
-    ("model.",),
+    ("model.", "yamlfile"),
     ("storage", "kinematics"),
     ("arrays",),
     ("coordinates",),

@@ -7,16 +7,12 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
-
-import yaml
 
 from drillrig_pin.analysis.hole_quality import DEPTHS, toe_name
 from drillrig_pin.errors import ScenarioError, legal_names
 from drillrig_pin.files import shipped_folder
-from drillrig_pin.model.nodes import short_path
+from drillrig_pin.yamlfile import read_fields
 
-MAX_BYTES = 100_000
 #: Units by what is limited; the first one is meant where none is written.
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 ANGLES = {"deg": math.pi / 180, "°": math.pi / 180, "rad": 1.0, "mrad": 1e-3}
@@ -48,14 +44,14 @@ def read_limits(file: Path | None = None, settings: Iterable[str] = ()) -> dict[
         ScenarioError: unreadable, an unknown name, a value that is no positive length or angle.
     """
     path = file or shipped_folder() / "limits.yaml"
-    where = short_path(path)
+    rows, lines = read_fields(path, "a file of limits")
     limits: dict[str, Limit] = {}
-    for name, entry in _rows(path, where).items():
-        source = where
+    for name, entry in rows.items():
+        source = lines.file
         if isinstance(entry, dict):
-            source = str(entry.get("source", where))
+            source = str(entry.get("source", source))
             entry = f"{entry.get('value')}{entry.get('unit', '')}"
-        _put(limits, str(name), str(entry), source, where)
+        _put(limits, name, str(entry), source, lines.at((name,)))
     for setting in settings:
         name, equals, text = setting.partition("=")
         if not equals:
@@ -71,7 +67,7 @@ def limited_depths(limits: Mapping[str, Limit]) -> tuple[float, ...]:
     return tuple(sorted({*DEPTHS, *found}))
 
 
-def _put(limits: dict[str, Limit], name: str, text: str, source: str, where: str) -> None:
+def _put(limits: dict[str, Limit], name: str, text: str, source: str, where: object) -> None:
     if name not in NAMES and not _TOE.fullmatch(name):
         raise ScenarioError(f"no limit is called {name!r}", where=where, todo=legal_names(name, NAMES, "limits"))
     if text.strip().lower() in ("none", "null", ""):
@@ -87,24 +83,3 @@ def _put(limits: dict[str, Limit], name: str, text: str, source: str, where: str
         todo = f"Give a positive number, in {' or '.join(units)}; without unit {next(iter(units))} is meant."
         raise ScenarioError(f"limit {name} = {text.strip()[:40]!r} cannot be used", where=where, todo=todo)
     limits[name] = Limit(name, value, source)
-
-
-def _rows(path: Path, where: str) -> dict[str, Any]:
-    try:
-        with path.open("rb") as stream:
-            raw = stream.read(MAX_BYTES + 1)
-        if len(raw) > MAX_BYTES:
-            raise ScenarioError(f"is larger than {MAX_BYTES // 1000} kB", where=where)
-        text = raw.decode()
-        if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text, Loader=yaml.SafeLoader)):
-            raise ScenarioError("aliases are not allowed in a file of limits", where=where)
-        rows = yaml.safe_load(text)
-    except OSError as error:
-        raise ScenarioError(f"cannot be read ({error.strerror})", where=where, todo="Check the path.") from None
-    except (yaml.YAMLError, UnicodeDecodeError, RecursionError) as error:
-        raise ScenarioError(f"not readable as YAML ({' '.join(str(error).split())})", where=where) from None
-    if rows is None:
-        return {}
-    if not isinstance(rows, dict):
-        raise ScenarioError("a file of limits is a list of `name: value` lines", where=where)
-    return rows

@@ -11,6 +11,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pydantic import TypeAdapter
+
 from drillrig_pin.batch.cases import Case, Plan
 from drillrig_pin.batch.worker import TRIED_AGAIN, Answer
 from drillrig_pin.errors import ResultFileError
@@ -98,12 +100,13 @@ class Store:
 
     def answers(self) -> Iterator[Answer]:
         """Everything recorded, of this study and of earlier ones in the folder; of one key the last one counts."""
+        recorded = TypeAdapter(Answer)
         for path in sorted(self.journal.glob("*.jsonl")):
             try:
-                with path.open() as stream:
+                with path.open("rb") as stream:
                     for line in stream:
-                        yield Answer(**json.loads(line))
-            except (OSError, ValueError, TypeError) as error:
+                        yield recorded.validate_json(line, strict=True)
+            except (OSError, ValueError) as error:
                 raise ResultFileError(
                     f"the journal is damaged ({' '.join(str(error).split())[:200]})",
                     where=path,

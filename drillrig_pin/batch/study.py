@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -12,24 +13,16 @@ from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError,
 from drillrig_pin.batch.axes import KINDS, Axis, Holes, HolesAxis, names_of
 from drillrig_pin.batch.measures import require_known
 from drillrig_pin.batch.settings import OptimizeSettings, SensitivitySettings
-from drillrig_pin.batch.yamllines import Lines, read_yaml_lines
-from drillrig_pin.errors import DrillrigError, ModelError, ScenarioError, Source, legal_names, shown
+from drillrig_pin.errors import DrillrigError, FieldError, ModelError, ScenarioError, Source, legal_names, shown
 from drillrig_pin.files import shipped_studies
 from drillrig_pin.model.modelfile import ModelFile, read_model
 from drillrig_pin.scenario import Scenario, load_scenario
+from drillrig_pin.yamlfile import Lines, read_fields
 
 #: More cases than this are a slip of the pen.
-MAX_CASES = 10_000_000
+MAX_CASES = 1_000_000
 
 DEFAULT_METRICS = ("*.across.rms", "*.rms", "*.p_max", "*.p_min", "hole.*.worst", "*.tension", "trust.*")
-
-
-class StudyError(ScenarioError):
-    """A study is not valid; ``way`` leads to the entry at fault."""
-
-    def __init__(self, what: str, way: tuple[str | int, ...], todo: str = "") -> None:
-        super().__init__(what, where="study", todo=todo)
-        self.way = way
 
 
 class Study(BaseModel):
@@ -122,7 +115,7 @@ class Study(BaseModel):
                 given = {other: None, **given}
         try:
             study = self.having(**{section: getattr(self, section).model_dump() | given})
-        except StudyError as error:
+        except FieldError as error:
             name = next((str(part) for part in error.way[1:] if part in given), next(iter(given), section))
             what = error.what.removeprefix(f"{section}.").removeprefix(f"{name}: ").removeprefix(f"{section}: ")
             raise ScenarioError(what, where=_option(name), todo=error.todo) from None
@@ -172,12 +165,12 @@ def load_study(path_or_name: str | Path) -> Study:
         ModelError: the model cannot be read, or has no argument an axis names.
     """
     path = find_study(path_or_name)
-    content, lines = read_yaml_lines(path)
+    content, lines = read_fields(path, "a study")
     content.setdefault("name", path.stem)
     _resolve_beside(content, path)
     try:
         study = Study(**content)
-    except StudyError as error:
+    except FieldError as error:
         raise ScenarioError(error.what, where=lines.at(error.way), todo=error.todo) from None
     study._lines = lines
     require_names(study)
@@ -272,11 +265,11 @@ def _resolve_beside(content: dict[str, Any], path: Path) -> None:
         given = content.get(field)
         if isinstance(given, str):
             near = path.parent / given
-            if near.is_file() and near.suffix in (".xacro", ".urdf", ".yaml", ".yml"):
+            if os.path.isfile(near) and near.suffix in (".xacro", ".urdf", ".yaml", ".yml"):
                 content[field] = str(near)
 
 
-def _study_error(error: ValidationError) -> StudyError:
+def _study_error(error: ValidationError) -> FieldError:
     first = error.errors(include_url=False)[0]
     # Names of variants that pydantic puts between are no words of the study.
     way = tuple(part for part in first["loc"] if not str(part).startswith(("list[", "function", "constrained")))
@@ -292,4 +285,4 @@ def _study_error(error: ValidationError) -> StudyError:
         what = f"{place}: {message}" if place else message
     else:
         what = f"{place} = {shown(first.get('input'))} {message}"
-    return StudyError(what, way, todo)
+    return FieldError(what, where="study", todo=todo, way=way)

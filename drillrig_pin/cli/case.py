@@ -127,13 +127,13 @@ def _number(text: str) -> float | int | None:
 
 
 def _value(text: str, setting: str) -> Any:
-    import yaml
+    from drillrig_pin.yamlfile import parse
 
     if (value := _number(text)) is not None:
         return value
     try:
-        return yaml.safe_load(text)
-    except yaml.YAMLError:
+        return parse(text, "--set")[0]
+    except ScenarioError:
         raise ScenarioError(
             f"the value in {setting!r} is not readable as YAML",
             where="--set",

@@ -21,6 +21,9 @@ from drillrig_pin.model.nodes import Node
 
 T = TypeVar("T", bound=BaseModel)
 
+#: Numbers beyond it, and steps below it [s], no measurement has, and no spline can be laid through.
+LARGEST, SHORTEST = 1e30, 1e-12
+
 #: A step in a table longer than this many times its usual step is a gap in the measurement.
 GAP = 10.0
 
@@ -147,7 +150,7 @@ class Table(_LoadLaw):
     tag: ClassVar[str] = "table"
 
     file: str = reference("CSV file beside the model; its text is kept in the expanded model", default="")
-    scale: float = quantity("-", "factor on all values", default=1.0)
+    scale: float = quantity("-", "factor on all values", default=1.0, ge=-LARGEST, le=LARGEST)
     samples: tuple[tuple[float, float], ...] = ()
 
     def law(self) -> Law:
@@ -180,7 +183,9 @@ def read_samples(text: str, where: object) -> tuple[tuple[float, float], ...]:
             ) from None
         if not (math.isfinite(t) and math.isfinite(value)):
             raise ModelError(f"line {number} of the load table is not finite", where=where, todo="Fill or remove it.")
-        if samples and t <= samples[-1][0]:
+        if abs(t) > LARGEST or abs(value) > LARGEST:
+            raise ModelError(f"line {number} of the load table is beyond {LARGEST:g}", where=where)
+        if samples and t - samples[-1][0] < SHORTEST:
             raise ModelError(f"time does not increase at line {number} of the load table", where=where)
         samples.append((t, value))
     if len(samples) < 4:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -97,13 +98,14 @@ def find_model(path_or_name: str | Path) -> Path:
     """The file a model name or path stands for; ModelError with the legal names if there is none."""
     path = Path(path_or_name)
     if path.suffix in (".xacro", ".urdf") or path.parent != Path():
-        if not path.is_file():
+        # Path.is_file raises where a name is too long; this says no.
+        if not os.path.isfile(path):
             raise ModelError("no such model file", where=str(path), todo="Check the path.")
         return path
     models = shipped_models()
     if path.name in models:
         return models[path.name]
-    if path.is_file():
+    if os.path.isfile(path):
         raise ModelError(f"a model file ends in {' or '.join(MODEL_SUFFIXES)}", where=str(path), todo="Rename it.")
     raise ModelError(
         f"no model named {path.name!r}",

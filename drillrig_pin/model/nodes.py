@@ -23,7 +23,7 @@ from drillrig_pin.errors import ModelError, Source
 STAMP = "drillrig-source"
 MAX_BYTES = 20_000_000
 MAX_DEPTH = 200
-MAX_ELEMENTS = 200_000
+MAX_ELEMENTS = 50_000
 
 
 @dataclass(frozen=True, slots=True)

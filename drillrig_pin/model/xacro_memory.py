@@ -14,6 +14,8 @@ from pathlib import Path
 from types import CodeType
 from typing import Any
 
+from drillrig_pin.yamlfile import require_plain
+
 _compiled: Callable[..., CodeType] = lru_cache(maxsize=4096)(compile)
 _tables: dict[str, tuple[tuple[int, int], Any]] = {}
 MAX_TABLES = 16
@@ -57,6 +59,7 @@ def _table(xacro: Any, read: Callable[[str], Any], path: str) -> Any:
     if known is not None and known[0] == stamp:
         xacro.all_includes.append(path)
         return known[1]
+    require_plain(Path(path), "a table of numbers")
     table = read(path)
     if len(_tables) >= MAX_TABLES:
         _tables.clear()

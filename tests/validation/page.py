@@ -16,7 +16,7 @@ wrote this page, by
 
     python scripts/validate.py
 
-on {date} with {versions}. {verdict}
+on {date} with {versions}; those of the last section come from scripts that take longer, each with its date. {verdict}
 """
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from validation import constraints, drilling, library, mechanisms, mujoco_trees, oil, orders, speed
+from validation import constraints, drilling, library, measured, mechanisms, mujoco_trees, oil, orders, speed
 from validation.record import Section
 
 SECTIONS = (
@@ -16,4 +16,5 @@ SECTIONS = (
     Section("Order of the integrators", orders.TEXT, orders.rows),
     Section("Drift of the constraints", constraints.DRIFT, constraints.drift_rows),
     Section("Near a singular configuration", constraints.SINGULAR, constraints.singular_rows),
+    Section("Hostile files, coverage, planted faults", measured.TEXT, measured.rows),
 )
