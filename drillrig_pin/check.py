@@ -11,7 +11,7 @@ from drillrig_pin.constraints import Loop
 from drillrig_pin.elements.cylinder import Cylinder
 from drillrig_pin.elements.springs import Spring
 from drillrig_pin.errors import ModelError, Source
-from drillrig_pin.model.modelfile import ModelFile, read_model
+from drillrig_pin.model.modelfile import ModelFile, read_model, read_model_text
 from drillrig_pin.model.urdfcheck import Problem, check_urdf
 from drillrig_pin.rig import Rig, assemble_rig, parse_elements
 
@@ -27,6 +27,39 @@ def check_model(path_or_name: str | Path, arguments: Mapping[str, Any] | None = 
         file = read_model(path_or_name, arguments)
     except ModelError as error:
         return [_as_problem(error, str(path_or_name))]
+    return _check(file)
+
+
+def check_text(text: str, name: str) -> list[Problem]:
+    """The same about a model that is not in a file; it needs no xacro."""
+    try:
+        file = read_model_text(text, name)
+    except ModelError as error:
+        return [_as_problem(error, name)]
+    return _check(file)
+
+
+def check_document(model: str, problems: list[Problem]) -> dict[str, Any]:
+    """Findings as programs read them."""
+    errors = sum(problem.severity == "error" for problem in problems)
+    return {
+        "model": model,
+        "errors": errors,
+        "warnings": len(problems) - errors,
+        "problems": [
+            {
+                "severity": problem.severity,
+                "message": problem.message,
+                "file": problem.source.file,
+                "line": problem.source.line,
+                "advice": problem.advice,
+            }
+            for problem in problems
+        ],
+    }
+
+
+def _check(file: ModelFile) -> list[Problem]:
     problems = list(check_urdf(file.root))
     if any(problem.severity == "error" for problem in problems):
         # Without a sound tree there is no machine to place, but every element can still be read on its own.

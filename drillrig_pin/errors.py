@@ -31,7 +31,12 @@ class DrillrigError(Exception):
         what: one sentence about what is wrong, without a full stop.
         where: the file and line, element, joint or time it concerns.
         todo: one sentence about what to do.
+
+    Attributes:
+        field: dotted name of the field of a request or a scenario that is at fault, if it is one.
     """
+
+    field: str | None = None
 
     def __init__(self, what: str, *, where: object = None, todo: str = "") -> None:
         self.what = what

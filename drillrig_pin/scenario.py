@@ -168,4 +168,6 @@ def _scenario_error(error: ValidationError) -> FieldError:
         message = first["msg"].removeprefix("Value error, ").removeprefix("Input ")
         what = f"scenario.{field} = {shown(first.get('input'))} {message}" if field else message
         todo = ""
-    return FieldError(what, todo=todo, way=way)
+    told = FieldError(what, todo=todo, way=way)
+    told.field = f"scenario.{field}" if field else None
+    return told

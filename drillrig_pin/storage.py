@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -40,20 +41,24 @@ def write_netcdf(
     sizes = {dim: len(words) for dim, words in labels.items()}
     for column in columns.values():
         sizes.update(zip(column.dims, np.shape(column.values), strict=True))
+    # Made in memory: a disk that fills up under the library's hands can take the whole process with it.
+    content = io.BytesIO()
+    with h5netcdf.File(content, "w") as file:
+        file.dimensions = sizes
+        for name, column in columns.items():
+            variable = file.create_variable(name, column.dims, dtype="f8")
+            if np.size(column.values):
+                variable[...] = column.values
+            variable.attrs["units"] = column.unit
+            variable.attrs["long_name"] = column.text
+        for dim, words in labels.items():
+            variable = file.create_variable(dim, (dim,), dtype=h5py.string_dtype())
+            if words:
+                variable[:] = np.array(words, dtype=object)
+        file.attrs.update(attributes)
     try:
-        with write_aside(path) as aside, h5netcdf.File(aside, "w") as file:
-            file.dimensions = sizes
-            for name, column in columns.items():
-                variable = file.create_variable(name, column.dims, dtype="f8")
-                if np.size(column.values):
-                    variable[...] = column.values
-                variable.attrs["units"] = column.unit
-                variable.attrs["long_name"] = column.text
-            for dim, words in labels.items():
-                variable = file.create_variable(dim, (dim,), dtype=h5py.string_dtype())
-                if words:
-                    variable[:] = np.array(words, dtype=object)
-            file.attrs.update(attributes)
+        with write_aside(path) as aside:
+            aside.write_bytes(content.getbuffer())
     except OSError as error:
         raise _unwritable(path, error) from None
 

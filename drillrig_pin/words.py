@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 
 def number(value: float | None, digits: int = 4) -> str:
@@ -102,3 +104,20 @@ def measure_name(name: str) -> str:
     """A limit's name in words: ``toe_6m`` is the toe offset at 6 m."""
     words = {"angle": "Angle error of the feed", "collar": "Collar offset", "shake": "Vibration across the hole"}
     return words.get(name) or f"Toe offset at {name.removeprefix('toe_').removesuffix('m')} m"
+
+
+def plain(value: Any) -> Any:
+    """Dataclasses, tuples and numpy numbers as what JSON knows; NaN and infinity, which it lacks, become None."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, str) or value is None or isinstance(value, bool | int):
+        return value
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if isinstance(value, Iterable):
+        return [plain(item) for item in value]
+    return str(value)

@@ -39,6 +39,7 @@ LAYERS: list[tuple[str, ...]] = [
     ("check", "check_pose", "figures."),
     ("report.",),
     ("studyreport.",),
+    ("service.", "client"),
     ("cli.",),
 ]
 

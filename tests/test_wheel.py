@@ -43,6 +43,10 @@ def test_wheel_holds_models_scenarios_and_parameters(wheel: Path) -> None:
         assert f"drillrig_pin/studyreport/templates/{name}" in names
     for name in ("page.html", "page.css", "payload.js", "film.js", "player.js"):
         assert f"drillrig_pin/replay/assets/{name}" in names
+    page = ROOT / "drillrig_pin" / "service" / "web"
+    files = {path.relative_to(ROOT).as_posix() for path in page.rglob("*") if path.is_file()}
+    assert f"{page.relative_to(ROOT).as_posix()}/index.html" in files
+    assert files <= names
 
 
 def test_unpacked_wheel_finds_its_models_outside_the_checkout(wheel: Path, tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -137,3 +138,27 @@ def _cautions(runs: Sequence[Trajectory], machines: Sequence[str], missing: dict
     if missing:
         found.append(f"{len(missing)} numbers are not in all runs and cannot be compared")
     return found
+
+
+def comparison_document(found: Comparison, names: Sequence[str]) -> dict[str, Any]:
+    """A comparison as programs read it: SI units, pressures absolute; ``names`` are those of the runs."""
+    return {
+        "runs": list(names),
+        "machines": found.machines,
+        "units": "SI; pressures absolute",
+        "cautions": found.cautions,
+        "differences": found.differences,
+        "changes": [
+            {
+                "key": row.reference.key,
+                "label": row.reference.label,
+                "group": row.reference.group,
+                "unit": row.reference.unit,
+                "better": row.reference.better,
+                "reference": row.reference.value,
+                "runs": row.changes,
+            }
+            for row in found.rows
+        ],
+        "not_in_all_runs": found.missing,
+    }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from typing import Any, Protocol
 
@@ -56,11 +56,17 @@ class Pool(Protocol):
 
 
 class LocalPool:
-    """Worker processes of this machine, kept alive by Pebble: one that dies is replaced, one that hangs is killed."""
+    """Worker processes of this machine, kept alive by Pebble: one that dies is replaced, one that hangs is killed.
+
+    Args:
+        workers: how many; None: one a core.
+        preload: modules that every worker finds imported.
+    """
 
     local = True
 
-    def __init__(self, workers: int | None = None) -> None:
+    def __init__(self, workers: int | None = None, preload: Sequence[str] = ("drillrig_pin.batch.worker",)) -> None:
+        self._preload = list(preload)
         self.workers = workers or len(os.sched_getaffinity(0))
         self._environment = {name: os.environ.get(name) for name in ENVIRONMENT}
         os.environ.update(ENVIRONMENT)
@@ -72,7 +78,7 @@ class LocalPool:
         # Forking this process would copy its threads in mid-flight. A server that has none imports everything once and
         # forks the workers, also those that replace a dead one.
         context = multiprocessing.get_context("forkserver")
-        context.set_forkserver_preload(["drillrig_pin.batch.worker"])
+        context.set_forkserver_preload(self._preload)
         return pebble.ProcessPool(self.workers, context=context)
 
     def submit(self, timeout: float | None, function: Callable[..., Any], *arguments: Any) -> Future[Any]:

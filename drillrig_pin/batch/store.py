@@ -100,18 +100,7 @@ class Store:
 
     def answers(self) -> Iterator[Answer]:
         """Everything recorded, of this study and of earlier ones in the folder; of one key the last one counts."""
-        recorded = TypeAdapter(Answer)
-        for path in sorted(self.journal.glob("*.jsonl")):
-            try:
-                with path.open("rb") as stream:
-                    for line in stream:
-                        yield recorded.validate_json(line, strict=True)
-            except (OSError, ValueError) as error:
-                raise ResultFileError(
-                    f"the journal is damaged ({' '.join(str(error).split())[:200]})",
-                    where=path,
-                    todo="Remove this file; its cases will be computed again.",
-                ) from None
+        return recorded(self.folder)
 
     def trajectory_path(self, case: Case) -> Path:
         """Where the trajectory of a case is kept."""
@@ -125,9 +114,7 @@ class Store:
         """
         import pyarrow.parquet
 
-        wanted = {case.question.key for case in plan.cases}
-        found = {answer.key: answer for answer in self.answers() if answer.key in wanted}
-        table = _table(plan, found)
+        table = table_so_far(self.folder, plan)
         target = self.folder / TABLE
         try:
             with write_aside(target) as aside:
@@ -142,6 +129,32 @@ class Store:
             where=target,
             todo=f"{len(self.done)} cases are safe. Make room, then the same command goes on from there.",
         )
+
+
+def recorded(folder: Path) -> Iterator[Answer]:
+    """Everything the journal in a folder holds, whoever writes it at this moment.
+
+    Raises:
+        ResultFileError: the journal is damaged.
+    """
+    rows = TypeAdapter(Answer)
+    for path in sorted((folder / JOURNAL).glob("*.jsonl")):
+        try:
+            with path.open("rb") as stream:
+                for line in stream:
+                    yield rows.validate_json(line, strict=True)
+        except (OSError, ValueError) as error:
+            raise ResultFileError(
+                f"the journal is damaged ({' '.join(str(error).split())[:200]})",
+                where=path,
+                todo="Remove this file; its cases will be computed again.",
+            ) from None
+
+
+def table_so_far(folder: Path, plan: Plan) -> pyarrow.Table:
+    """The table of those cases of a plan that are recorded in a folder, in the order of the plan."""
+    wanted = {case.question.key for case in plan.cases}
+    return _table(plan, {answer.key: answer for answer in recorded(folder) if answer.key in wanted})
 
 
 def _table(plan: Plan, found: dict[str, Answer]) -> pyarrow.Table:

@@ -87,7 +87,7 @@ def warm(model: str | None, arguments: dict[str, Any]) -> None:
     """Load a model ahead of the first case; what is wrong with it is said when a case meets it."""
     if model is not None:
         with contextlib.suppress(Exception):
-            _rig(model, json.dumps(arguments, sort_keys=True), model_fingerprint(model))
+            rig_of(model, json.dumps(arguments, sort_keys=True), model_fingerprint(model))
 
 
 def solve(order: Order, questions: Sequence[Question], keep: dict[str, str] | None = None) -> list[Answer]:
@@ -122,7 +122,7 @@ def _run(order: Order, question: Question, answer: Answer, started: float, targe
     changes = question.changes
     scenario = Scenario(**order.base).changed(changes)
     model = scenario.model
-    rig = _rig(model, json.dumps(scenario.arguments, sort_keys=True), order.fingerprint.get(model, ""))
+    rig = rig_of(model, json.dumps(scenario.arguments, sort_keys=True), order.fingerprint.get(model, ""))
     if question.hole is not None:
         aimed = aim_at(rig, question.hole, order.aim)
         scenario = scenario.changed({f"positions.{name}": value for name, value in aimed.positions.items()})
@@ -147,7 +147,7 @@ def _run(order: Order, question: Question, answer: Answer, started: float, targe
 
 
 @lru_cache(maxsize=4)
-def _rig(model: str, arguments: str, fingerprint: str) -> Rig:
+def rig_of(model: str, arguments: str, fingerprint: str) -> Rig:
     """A rig, which never changes; a worker meets the same one many times in a row."""
     return build_rig(read_model(model, json.loads(arguments)))
 

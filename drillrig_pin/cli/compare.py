@@ -42,7 +42,7 @@ def compare(
 
     Example:  [bold]drillrig compare run.nc longer.nc -o compared[/]
     """
-    from drillrig_pin.analysis.comparison import compare_runs
+    from drillrig_pin.analysis.comparison import compare_runs, comparison_document
 
     if len(runs) < 2:
         todo = "Give two or more, e.g. drillrig compare a.nc b.nc."
@@ -62,7 +62,8 @@ def compare(
         with working("drawing"):
             figures = save_sheets(sheets, output)
     if json:
-        print_json(_document(runs, found, figures))
+        document = comparison_document(found, [str(run) for run in runs])
+        print_json({**document, "figures": [str(path) for path in figures]})
         return
     out = console()
     for caution in found.cautions:
@@ -156,27 +157,3 @@ def _unit(values: Sequence[float], unit: str) -> tuple[str, float]:
     from drillrig_pin.words import reading
 
     return reading(unit, max(abs(value) for value in values))
-
-
-def _document(runs: Sequence[Path], found: Comparison, figures: Sequence[Path]) -> dict[str, object]:
-    return {
-        "runs": [str(run) for run in runs],
-        "machines": found.machines,
-        "units": "SI; pressures absolute",
-        "cautions": found.cautions,
-        "differences": found.differences,
-        "changes": [
-            {
-                "key": row.reference.key,
-                "label": row.reference.label,
-                "group": row.reference.group,
-                "unit": row.reference.unit,
-                "better": row.reference.better,
-                "reference": row.reference.value,
-                "runs": row.changes,
-            }
-            for row in found.rows
-        ],
-        "not_in_all_runs": found.missing,
-        "figures": [str(path) for path in figures],
-    }

@@ -32,23 +32,13 @@ def check(model: ModelName, settings: ModelSettings = None, json: Json = False) 
 
     Example:  [bold]drillrig check mkz49 --set model.boom_length=2.1[/]
     """
-    from drillrig_pin.check import check_model
+    from drillrig_pin.check import check_document, check_model
 
     problems = check_model(model, model_arguments(settings))
-    errors = sum(problem.severity == "error" for problem in problems)
-    warnings = len(problems) - errors
+    document = check_document(model, problems)
+    errors, warnings = document["errors"], document["warnings"]
     if json:
-        findings = [
-            {
-                "severity": problem.severity,
-                "message": problem.message,
-                "file": problem.source.file,
-                "line": problem.source.line,
-                "advice": problem.advice,
-            }
-            for problem in problems
-        ]
-        print_json({"model": model, "errors": errors, "warnings": warnings, "problems": findings})
+        print_json(document)
     else:
         out = console()
         for problem in problems:

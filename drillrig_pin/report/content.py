@@ -97,7 +97,7 @@ def _gather(subject: Subject) -> Content:
         limits,
         headline(found),
         found,
-        tuple(_cards(metrics, quality, limits)),
+        tuple(cards(metrics, quality, limits)),
         cylinder_rainflow(run, subject.steady),
         tuple(file.parameters().values()),
         scenario_rows(run.scenario),
@@ -108,31 +108,32 @@ def _gather(subject: Subject) -> Content:
     )
 
 
-def _cards(metrics: Metrics, quality: HoleQuality | None, limits: Mapping[str, Limit]) -> list[Card]:
-    cards = []
+def cards(metrics: Metrics, quality: HoleQuality | None, limits: Mapping[str, Limit]) -> list[Card]:
+    """The few numbers that a reader looks for first."""
+    found = []
     if quality is not None:
         for error in quality.errors:
             if error.name in ("angle", "toe_6m"):
                 limit = limits.get(error.name)
                 bound = f"limit {quantity(limit.value, error.unit)}" if limit else "no limit set"
-                cards.append(Card(measure_name(error.name), quantity(error.worst, error.unit), f"at worst; {bound}"))
+                found.append(Card(measure_name(error.name), quantity(error.worst, error.unit), f"at worst; {bound}"))
     if metrics.survey is not None:
         widest = max(metrics.survey.axes, key=lambda axis: axis.peak_to_peak)
         label = f"Motion of {metrics.survey.point} along {widest.axis}"
         note = f"peak to peak; RMS {quantity(widest.rms, 'm')}"
-        cards.append(Card(label, quantity(widest.peak_to_peak, "m"), note))
+        found.append(Card(label, quantity(widest.peak_to_peak, "m"), note))
     if metrics.frequencies is not None and metrics.frequencies.lines:
         line = metrics.frequencies.lines[0]
-        cards.append(Card("Strongest frequency", f"{number(line.frequency, 3)} Hz", f"{line.share:.0%} of the motion"))
+        found.append(Card("Strongest frequency", f"{number(line.frequency, 3)} Hz", f"{line.share:.0%} of the motion"))
     if metrics.cylinders:
         tight = max(metrics.cylinders, key=lambda c: max(c.a_max, c.b_max) / (c.relief or float("inf")))
         relief = f"; relief at {quantity(tight.relief, 'Pa')}" if tight.relief else ""
-        cards.append(Card("Highest pressure", quantity(max(tight.a_max, tight.b_max), "Pa"), tight.cylinder + relief))
+        found.append(Card("Highest pressure", quantity(max(tight.a_max, tight.b_max), "Pa"), tight.cylinder + relief))
     contact = next((r for r in metrics.reactions if r.tension is not None), None)
     if contact is not None:
         note = f"least; {contact.tension:.0%} of time lifted off"
-        cards.append(Card("Tip on the rock", quantity(max(0.0, -contact.greatest), "N"), note))
-    return cards
+        found.append(Card("Tip on the rock", quantity(max(0.0, -contact.greatest), "N"), note))
+    return found
 
 
 def curve_table(sheet: Sheet) -> list[tuple[str, str, str, str, str]]:

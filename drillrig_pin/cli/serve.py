@@ -1,0 +1,106 @@
+"""The command that answers over HTTP."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from drillrig_pin.cli.output import console
+from drillrig_pin.errors import ScenarioError
+
+TOKEN = "DRILLRIG_TOKEN"
+
+
+def serve(
+    host: Annotated[
+        str, typer.Option("--host", metavar="ADDRESS", help="Where to listen. Any but this machine asks for a token.")
+    ] = "127.0.0.1",
+    port: Annotated[
+        int, typer.Option("--port", metavar="PORT", min=0, max=65535, help="Port; 0: any free one.")
+    ] = 8000,
+    data: Annotated[
+        Path, typer.Option("--data", metavar="DIR", help="Folder of runs and records; a restart finds them there.")
+    ] = Path("drillrig_data"),
+    token_file: Annotated[
+        Path | None,
+        typer.Option("--token-file", metavar="FILE", help=f"First line: the token clients need. Or set {TOKEN}."),
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option("--workers", metavar="N", min=1, max=256, help="Runs at once. Default: one a core.")
+    ] = None,
+    queue: Annotated[int, typer.Option("--queue", metavar="N", min=1, max=100_000, help="Jobs that may wait.")] = 200,
+    scheduler: Annotated[
+        str | None,
+        typer.Option("--scheduler", metavar="ADDRESS", help="Run jobs on a Dask cluster, e.g. tcp://host:8786."),
+    ] = None,
+    models: Annotated[
+        Path | None,
+        typer.Option("--models", metavar="DIR", help="Folder with models to offer besides the shipped ones."),
+    ] = None,
+    allow_host: Annotated[
+        list[str] | None,
+        typer.Option("--allow-host", metavar="NAME", help="Name clients may use for this server. May be repeated."),
+    ] = None,
+    time_limit: Annotated[
+        float, typer.Option("--time-limit", metavar="S", min=0.1, help="Seconds a run may take.")
+    ] = 600.0,
+    memory: Annotated[int, typer.Option("--memory", metavar="MB", min=50, help="Memory a run may take.")] = 2000,
+) -> None:
+    """Offer models, runs and studies over HTTP, with a page for people. Ctrl-C ends it; nothing is lost.
+
+    It listens on this machine only, unless told otherwise, and then asks for a token.
+
+    Example:  [bold]drillrig serve[/]
+
+    Example:  [bold]DRILLRIG_TOKEN=... drillrig serve --host 0.0.0.0 --data /srv/drillrig[/]
+    """
+    from drillrig_pin.service.serve import serve as run_server
+    from drillrig_pin.service.settings import MEGABYTE, Limits, Settings
+
+    limits = Limits(queue=queue, job_time=time_limit, job_memory=memory * MEGABYTE)
+    settings = Settings(
+        data=data,
+        host=host,
+        port=port,
+        token=_token(token_file),
+        scheduler=scheduler,
+        library=models,
+        hosts=tuple(allow_host or ()),
+        limits=limits,
+        **({} if workers is None else {"workers": workers}),
+    )
+
+    def ready(address: str) -> None:
+        console(stderr=True).print(f"drillrig answers at {address} ; Ctrl-C ends it.", markup=False, soft_wrap=True)
+
+    run_server(settings, ready)
+
+
+def _token(file: Path | None) -> str | None:
+    """The token of a file or of the environment; ScenarioError if it is none."""
+    if file is None:
+        text = os.environ.get(TOKEN, "")
+        where = TOKEN
+        if not text:
+            return None
+    else:
+        where = str(file)
+        try:
+            text = file.read_text(encoding="utf-8").partition("\n")[0]
+        except (OSError, UnicodeDecodeError) as error:
+            raise ScenarioError(f"the token cannot be read ({error})", where=where) from None
+    token = text.strip()
+    if len(token) < SHORTEST or not token.isascii():
+        raise ScenarioError(
+            f"the token has fewer than {SHORTEST} letters, or others than plain ones",
+            where=where,
+            todo="Make one with: python -c 'import secrets; print(secrets.token_urlsafe())'",
+        )
+    return token
+
+
+#: A shorter token can be guessed.
+SHORTEST = 16

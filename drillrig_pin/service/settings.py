@@ -1,0 +1,85 @@
+"""What a server is told when it starts: where its data lives, who may use it, and how much anybody may ask of it."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+
+MEGABYTE = 1_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """Bounds that keep one user from taking the machine away from the others.
+
+    Attributes:
+        job_time: wall time of a run, and of one case of a study [s].
+        study_time: wall time of a whole study [s].
+        job_memory: memory a job may take on top of what an idle worker has [bytes].
+        output: size of one result file [bytes].
+        queue: jobs that may wait.
+        body: size of a request [bytes].
+        upload: size of an uploaded model [bytes].
+        body_time: time a client has to send a request [s].
+        uploads: models kept.
+        links, elements: of an uploaded model.
+        samples: of a run, duration x output_rate.
+        steps: of a run with a given step, duration / step.
+        cases: of a study.
+        requests: that one client may send a minute.
+        submissions: of them those that start something.
+        logins: of them those that try a token.
+    """
+
+    job_time: float = 600.0
+    study_time: float = 86_400.0
+    job_memory: int = 2_000 * MEGABYTE
+    output: int = 500 * MEGABYTE
+    queue: int = 200
+    body: int = 1 * MEGABYTE
+    upload: int = 2 * MEGABYTE
+    body_time: float = 20.0
+    uploads: int = 200
+    links: int = 200
+    elements: int = 500
+    samples: int = 500_000
+    steps: int = 50_000_000
+    cases: int = 10_000
+    requests: int = 12_000
+    submissions: int = 1_200
+    logins: int = 20
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """One server.
+
+    Attributes:
+        data: folder of records and files.
+        host, port: where it listens.
+        token: what a client has to know; None: nothing, which only an address of this machine allows.
+        workers: runs at once.
+        scheduler: Dask scheduler that gets the jobs instead of processes of this machine.
+        library: folder with more models, besides the shipped ones.
+        hosts: names under which clients may speak to it; empty: on a local address the local ones, otherwise any.
+        limits: bounds.
+    """
+
+    data: Path
+    host: str = "127.0.0.1"
+    port: int = 8000
+    token: str | None = field(default=None, repr=False)
+    workers: int = field(default_factory=lambda: len(os.sched_getaffinity(0)))
+    scheduler: str | None = None
+    library: Path | None = None
+    hosts: tuple[str, ...] = ()
+    limits: Limits = field(default_factory=Limits)
+
+    @property
+    def local(self) -> bool:
+        """True when only this machine can reach the server."""
+        return self.host in LOCAL_HOSTS
+
+
+LOCAL_HOSTS = ("127.0.0.1", "localhost", "::1")
