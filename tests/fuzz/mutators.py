@@ -130,13 +130,13 @@ def spoil_value(value: Any, random: Random) -> Any:
     for _ in range(random.choice((1, 1, 1, 2, 4))):
         places = list(_places(value))
         if not places:
-            return random.choice(VALUES)
+            return copy.deepcopy(random.choice(VALUES))
         holder, key = random.choice(places)
         act = random.randrange(7)
         if act == 0:
             del holder[key]
         elif act == 1 and isinstance(holder, list):
-            holder.extend([copy.deepcopy(holder[key])] * random.choice((1, 2, 1000)))
+            holder.extend(copy.deepcopy(holder[key]) for _ in range(random.choice((1, 2, 1000))))
         elif act == 1:
             holder[random.choice([*WORDS[:20], "x"])] = copy.deepcopy(holder[key])
         elif act == 2 and isinstance(holder, dict):
@@ -149,7 +149,7 @@ def spoil_value(value: Any, random: Random) -> Any:
             donor, other = random.choice(places)
             holder[key] = copy.deepcopy(donor[other])
         else:
-            holder[key] = random.choice(VALUES)
+            holder[key] = copy.deepcopy(random.choice(VALUES))
     return value
 
 
