@@ -13,8 +13,10 @@ using Eigen::VectorXd;
 
 namespace {
 constexpr int P = ExponentialAdams::kOrder, kNodes = P + 1;
-// Coefficient of the first difference left out by Adams-Bashforth of order 8 (Hairer, Norsett, Wanner I, section III.1).
-constexpr double kLeftOut = 1070017.0 / 3628800.0;
+// Coefficients of the first difference left out by Adams-Bashforth of order 3 and 8 (Hairer, Norsett, Wanner I, III.1).
+constexpr double kLeftOutLow = 3.0 / 8.0, kLeftOut = 1070017.0 / 3628800.0;
+// Beyond this many radians of the fastest vibration a step, a polynomial of high order continues little but its ripple.
+constexpr double kCoarse = 3.0;
 // Steps of the difference quotients, as in stiff.cpp.
 constexpr double kPosition = 1e-7, kVelocity = 1e-5;
 constexpr int kTerms = 18;  // of the Taylor series, with an argument of at most about one
@@ -66,12 +68,6 @@ VectorXd last_interval(int count) {
   return weights;
 }
 
-// (-1)^j binomial(P, j): the P-th backward difference.
-constexpr std::array<double, kNodes> kDifference = [] {
-  std::array<double, kNodes> d{1.0};
-  for (int j = 1; j < kNodes; ++j) d[j] = -d[j - 1] * (P - j + 1) / j;
-  return d;
-}();
 }  // namespace
 
 void Past::push(const double* column) {
@@ -100,11 +96,21 @@ ExponentialAdams::ExponentialAdams(Dynamics& dynamics)
   phi_.assign(P + 1, MatrixXd::Zero(n_, n_));
   g_ = VectorXd::Zero(rows_);
   moved_ = rate_ = VectorXd::Zero(dynamics.size());
-  double nodes[P];
-  for (int j = 0; j < P; ++j) nodes[j] = -j;
-  monomials_ = lagrange(nodes, P);
   inside_ = lagrange(kPoint, kInside);
-  moulton_ = last_interval(kNodes);
+  set_order(P);
+}
+
+void ExponentialAdams::set_order(int order) {
+  if (order == order_) return;
+  order_ = order;
+  prepared_ = false;
+  double nodes[P];
+  for (int j = 0; j < order; ++j) nodes[j] = -j;
+  monomials_ = lagrange(nodes, order);
+  moulton_ = last_interval(order + 1);
+  // (-1)^j binomial(order, j): the backward difference.
+  difference_ = VectorXd::Ones(order + 1);
+  for (int j = 1; j <= order; ++j) difference_[j] = -difference_[j - 1] * (order - j + 1) / j;
 }
 
 void ExponentialAdams::forget() {
@@ -120,6 +126,7 @@ void ExponentialAdams::begin(double spacing) {
   empty_ = false;
   prepared_ = prepared_ && spacing == h_;
   h_ = spacing;
+  set_order(spacing * fastest() > kCoarse ? kLowOrder : kOrder);
   age_ = 0;
 }
 
@@ -154,9 +161,14 @@ Status ExponentialAdams::linearise(double t, const double* y, const double* f) {
 }
 
 // The accelerations' part of A due to positions holds squares of frequencies.
+double ExponentialAdams::fastest() const {
+  return std::max(1e-3, std::sqrt(A_.bottomLeftCorner(dynamics_.nv, dynamics_.nq).norm()));
+}
+
 double ExponentialAdams::guess(double rtol) const {
-  const double fastest = std::sqrt(A_.bottomLeftCorner(dynamics_.nv, dynamics_.nq).norm());
-  return 0.5 * std::pow(rtol / 1e-8, 1.0 / (P + 1)) / std::max(fastest, 1e-3);
+  // A loose tolerance is met by the longest steps, of low order.
+  const double share = rtol > 3e-3 ? 1.2 : 0.5;
+  return share * std::pow(rtol / 1e-8, 1.0 / (P + 1)) / fastest();
 }
 
 void ExponentialAdams::remainder(const double* y, const double* f, const double* known, double* g) const {
@@ -222,10 +234,10 @@ void ExponentialAdams::phi_functions() {
 void ExponentialAdams::prepare() {
   if (prepared_) return;
   phi_functions();
-  for (int j = 0; j < P; ++j) {
+  for (int j = 0; j < order_; ++j) {
     auto block = B_.middleCols(rows_ * j, rows_);
     block.setZero();
-    for (int i = 0; i < P; ++i) block += (h_ * monomials_(i, j) * kFactorial[i]) * phi_[i + 1].rightCols(rows_);
+    for (int i = 0; i < order_; ++i) block += (h_ * monomials_(i, j) * kFactorial[i]) * phi_[i + 1].rightCols(rows_);
   }
   for (int k = 0; k < kInside; ++k) {
     auto block = C_.middleCols(known_ * k, known_);
@@ -237,15 +249,15 @@ void ExponentialAdams::prepare() {
 
 void ExponentialAdams::error(VectorXd& out) {
   g_.setZero();
-  for (int j = 0; j < kNodes; ++j) g_ += kDifference[j] * Map<const VectorXd>(remainders_.column(j), rows_);
+  for (int j = 0; j <= order_; ++j) g_ += difference_[j] * Map<const VectorXd>(remainders_.column(j), rows_);
   out.setZero();
-  out.segment(first_, rows_) = (kLeftOut * h_) * g_;
+  out.segment(first_, rows_) = ((order_ == P ? kLeftOut : kLeftOutLow) * h_) * g_;
 }
 
 void ExponentialAdams::step(double t, const double* y, double* y_new) {
   Map<VectorXd> out(y_new, n_);
   out.noalias() = phi_[0] * Map<const VectorXd>(y, n_);
-  out.noalias() += B_ * Map<const VectorXd>(remainders_.column(0), rows_ * P);
+  out.noalias() += B_.leftCols(rows_ * order_) * Map<const VectorXd>(remainders_.column(0), rows_ * order_);
   if (known_ == 0) return;
   std::memcpy(ahead_.data(), forces_.column(0), sizeof(double) * known_);
   for (int k = 1; k < kInside; ++k) dynamics_.known_forces(t + kPoint[k] * h_, ahead_.data() + known_ * k);
@@ -256,7 +268,7 @@ void ExponentialAdams::step(double t, const double* y, double* y_new) {
 void ExponentialAdams::work(const double* y, const double* f_new, double* y_new) const {
   for (int i = n_; i < n_ + 2; ++i) {
     double sum = moulton_[0] * f_new[i];
-    for (int j = 1; j < kNodes; ++j) sum += moulton_[j] * rates_.column(j - 1)[i];
+    for (int j = 1; j <= order_; ++j) sum += moulton_[j] * rates_.column(j - 1)[i];
     y_new[i] = y[i] + h_ * sum;
   }
 }

@@ -1,4 +1,5 @@
-// Exponential Adams-Bashforth steps of order 8 for machines that vibrate: one right-hand side a step.
+// Exponential Adams-Bashforth steps of order 8, or 3 where they are long, for machines that vibrate: one right-hand side a
+// step.
 //
 // y' = A y + g(t, y) with A the Jacobian at some state. The linear part is carried over a step exactly, g is continued by
 // the polynomial through its last values: y(t + h) = exp(hA) y + sum_j B_j(hA) g(t - j h). Near an equilibrium g holds the
@@ -33,7 +34,7 @@ class Past {
 
 class ExponentialAdams {
  public:
-  static constexpr int kOrder = 8;
+  static constexpr int kOrder = 8, kLowOrder = 3;
 
   explicit ExponentialAdams(Dynamics& dynamics);
 
@@ -44,7 +45,8 @@ class ExponentialAdams {
   bool empty() const { return empty_; }
   bool begins() const { return !empty_ && rates_.count() == 0; }
   // True once there are enough values for a step and its error.
-  bool ready() const { return rates_.count() > kOrder; }
+  bool ready() const { return rates_.count() > order_; }
+  int order() const { return order_; }
   double spacing() const { return h_; }
   // Jacobian at (t, y) with rate f there, by differences.
   Status linearise(double t, const double* y, const double* f);
@@ -65,12 +67,15 @@ class ExponentialAdams {
 
  private:
   void phi_functions();
+  void set_order(int order);
+  double fastest() const;
   void recompute_remainders();
   void remainder(const double* y, const double* f, const double* known, double* g) const;
 
   Dynamics& dynamics_;
   const int n_, first_, rows_;  // of (q, v); first row and number of rows in which g is not zero
   const int known_;             // loads that depend on time alone
+  int order_ = 0;
   double h_ = 0.0;
   double reached_ = std::numeric_limits<double>::quiet_NaN();  // time of the last values in ahead_
   long age_ = 0, evaluations_ = 0;
@@ -81,7 +86,7 @@ class ExponentialAdams {
   std::vector<Eigen::MatrixXd> phi_;
   Eigen::MatrixXd monomials_;  // of the polynomial through the last values: row i, coefficient of s^i
   Eigen::MatrixXd inside_;     // of that through Lobatto's points
-  Eigen::VectorXd moulton_, g_, moved_, rate_, ahead_;
+  Eigen::VectorXd moulton_, difference_, g_, moved_, rate_, ahead_;
 };
 
 }  // namespace drillrig

@@ -80,10 +80,10 @@ double Stepper::exponential_error() {
 // Keeps the spacing if it divides the way to the bound and its error fits the tolerance. Another one begins afresh:
 // values interpolated to new distances would carry errors as large as those to be avoided.
 Status Stepper::choose_spacing(double bound) {
-  constexpr double kExponent = -1.0 / (ExponentialAdams::kOrder + 1);
   constexpr double kRoom = 1e-4;  // twice the spacing has 2^9 times the error
   constexpr long kFresh = 64;
   ExponentialAdams& past = *past_;
+  const double exponent = -1.0 / (past.order() + 1);
   const double rest = bound - t, h = past.spacing(), steps = rest / h;
   if (steps > 1.0 - 1e-6 && std::abs(steps - std::round(steps)) < 1e-6) {
     double error = exponential_error();
@@ -102,7 +102,7 @@ Status Stepper::choose_spacing(double bound) {
     if (room) {
       wanted_ = longer;
     } else {
-      if (std::isfinite(error)) wanted_ = h * std::max(kMinFactor, kSafety * std::pow(error, kExponent));
+      if (std::isfinite(error)) wanted_ = h * std::max(kMinFactor, kSafety * std::pow(error, exponent));
       if (++troubles_ > kTroubles) {
         past.forget();
         return Status::completed;

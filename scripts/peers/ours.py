@@ -13,7 +13,7 @@ from drillrig_pin.simulation import Case
 from peers.problem import Problem, Setting, Stopwatch, divided
 
 #: Steps per sample of the methods whose longest step is bounded, and relative tolerances of the others, as powers.
-EXPONENTIAL = (2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 18, 20)
+EXPONENTIAL = (1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 18, 20)
 FIXED = (3, 4, 5, 8, 10, 15, 20, 30, 40, 60)
 ADAPTIVE = {"DOP853": range(3, 13), "RODAS": range(3, 12)}
 PYTHON = {"DOP853": range(3, 12), "LSODA": range(2, 12)}
