@@ -66,8 +66,9 @@ def rows(short: bool) -> Iterator[Row]:
 def _exponential(short: bool) -> Row:
     rig = load_rig("mkz49")
     case = Scenario(duration=0.2 if short else 0.5, output_rate=200.0)
-    exact = simulate(rig, case.changed({**TIGHT, "integrator.atol": 1e-15})).q
-    steps = (1.25e-3, 1e-3, 6.25e-4, 5e-4)
+    exact = simulate(rig, case.changed({**TIGHT, "integrator.rtol": 1e-13, "integrator.atol": 1e-15})).q
+    # Whole fractions of the way between samples, above the rounding of the reference at 5e-12.
+    steps = [5e-3 / n for n in (2, 3, 4, 5, 6)]
     runs = [_fixed(rig, case, exact, "core", "ExpAdams", step) for step in steps]
     return _order("ExpAdams, core", 8, SCATTER, np.array(runs))
 
