@@ -16,6 +16,7 @@ from drillrig_pin.dynamics import (
     Dynamics,
     Equations,
     ForceGroup,
+    solve_damped,
     solve_least_norm,
     solve_multipliers,
     solve_null_space,
@@ -390,3 +391,60 @@ def test_the_four_bar_moves_on_its_circle() -> None:
     dynamics.rate(0.0, dynamics.initial())
     equations = dynamics.equations
     assert_allclose(equations.J @ dynamics.a, equations.p2, atol=1e-10)
+
+
+def test_damped_multipliers_without_constraints_are_the_free_motion() -> None:
+    M, p1 = np.diag([2.0, 4.0]), np.array([2.0, 8.0])
+    a, multipliers = solve_damped(Equations(M, p1, np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros(0)))
+    assert a == pytest.approx([1.0, 2.0])
+    assert multipliers.shape == (0,)
+
+
+@pytest.mark.parametrize(("s", "share"), [(1.0, 1.0), (2.6e-3, 1.0), (2.5e-8, 0.5), (2.5e-9, 1 / 101)])
+def test_damping_takes_its_share_of_a_weak_direction_only(s: float, share: float) -> None:
+    """S = diag(1, s): weak below s_0 = 0.05^2, d = 1e-5 s_0 far below, so that s^2 / (s^2 + d^2) is the share held."""
+    M, p1 = np.diag([2.0, 2.0, 5.0]), np.array([2.0, -4.0, 10.0])
+    J = np.diag([np.sqrt(2.0), np.sqrt(2.0 * s), 0.0])[:2]
+    p2 = np.array([3.0, 0.5])
+    a, multipliers = solve_damped(Equations(M, p1, J, p2, np.zeros(2), np.zeros(2)))
+    free = np.array([1.0, -2.0, 2.0])
+    expected = (p2 - J @ free) * np.array([1.0, share / s])
+    assert multipliers == pytest.approx(expected, rel=1e-6)
+    assert a == pytest.approx(free + J.T @ expected / 2.0, rel=1e-6)
+    # What a held direction asks for is met; one let go keeps the rest of its free acceleration.
+    assert J @ a == pytest.approx(np.array([3.0, share * 0.5 + (1 - share) * (J @ free)[1]]), rel=1e-6)
+
+
+def test_damping_fades_in_smoothly_below_the_bound() -> None:
+    """Half way down, d = 1e-5 s_0 (1 - 1/4): the share held differs from one by d^2 / s^2."""
+    s = 0.5 * 0.05**2
+    J = np.diag([1.0, np.sqrt(s)])
+    equations = Equations(np.eye(2), np.zeros(2), J, np.array([0.0, 1.0]), np.zeros(2), np.zeros(2))
+    held = solve_damped(equations)[1][1] * s
+    assert 1.0 - held == pytest.approx((1e-5 * 0.75 / 0.5) ** 2, rel=1e-3)
+
+
+def test_the_damped_formulation_solves_and_projects_with_damped_multipliers(state: tuple[Array, Array]) -> None:
+    case = Scenario(positions={"elbow": 0.2, "spin": -0.3}, formulation="damped")
+    dynamics = prepare(load_rig_text(tree(BUSY)), case)
+    equations = dynamics.assemble(0.3, *state)
+    a, multipliers = dynamics.solve(equations)
+    assert_allclose(a, solve_damped(equations)[0], rtol=0, atol=0)
+    assert_allclose(multipliers, solve_multipliers(equations)[1], rtol=1e-9)
+    plain = prepare(load_rig_text(tree(BUSY)), case.changed({"formulation": "multipliers"}))
+    y = np.concatenate([*state, [0.0, 0.0]])
+    assert_allclose(dynamics.project(y), plain.project(y), rtol=0, atol=1e-12)
+
+
+def test_the_work_of_two_groups_of_loads_adds_up(state: tuple[Array, Array]) -> None:
+    """A harmonic torque and a table of forces are two groups: both supply, each force times its rate."""
+    rows = "\n".join(f"{t} {40 + 5 * t * t}" for t in np.arange(0.0, 12.0, 1.0))
+    table = f'<load name="wave" kind="force" point="R" axis="1 0 0" frame="world"><table>\n{rows}\n</table></load>'
+    dynamics = prepare(load_rig_text(tree(BUSY + table)), Scenario(positions={"elbow": 0.2, "spin": -0.3}))
+    dynamics.evaluate_forces(0.7, *state)
+    loads = [i for i, element in enumerate(dynamics.forces) if element.load]
+    where = dynamics.space.index[loads]
+    assert len({type(dynamics.laws[i]) for i in loads}) == 2
+    powers = dynamics.F[where] * dynamics.x_dot[where]
+    assert dynamics.powers()[0] == pytest.approx(float(powers.sum()), rel=1e-12)
+    assert np.abs(powers).min() > 1e-3
