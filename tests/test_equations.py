@@ -438,7 +438,7 @@ def test_the_damped_formulation_solves_and_projects_with_damped_multipliers(stat
 
 def test_the_work_of_two_groups_of_loads_adds_up(state: tuple[Array, Array]) -> None:
     """A harmonic torque and a table of forces are two groups: both supply, each force times its rate."""
-    rows = "\n".join(f"{t} {40 + 5 * t * t}" for t in np.arange(0.0, 12.0, 1.0))
+    rows = "\n".join(f"{t},{40 + 5 * t * t}" for t in np.arange(0.0, 12.0, 1.0))
     table = f'<load name="wave" kind="force" point="R" axis="1 0 0" frame="world"><table>\n{rows}\n</table></load>'
     dynamics = prepare(load_rig_text(tree(BUSY + table)), Scenario(positions={"elbow": 0.2, "spin": -0.3}))
     dynamics.evaluate_forces(0.7, *state)
