@@ -197,6 +197,36 @@ def test_a_full_disk_is_said_and_what_was_recorded_stays(tmp_path: Path) -> None
     store.close()
 
 
+FILL = """
+mount -t tmpfs -o size=700k none "$1" || exit 77
+"$2" sweep "$3" -o "$1/out" --keep all --workers 1 -q 2> "$4/first"; echo "first $?"
+mount -o remount,size=80m "$1"
+"$2" sweep "$3" -o "$1/out" --keep all --workers 1 -q 2> "$4/second"; echo "second $?"
+cp -r "$1/out" "$4/kept"
+"""
+
+
+def test_a_disk_that_runs_full_loses_nothing_and_the_same_command_goes_on(tmp_path: Path) -> None:
+    """A small file system of its own, in a mount namespace that ends with the commands."""
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    path = write(tmp_path / "study.yaml", study(12))
+    script = ["unshare", "--map-root-user", "--mount", "sh", "-c", FILL, "sh"]
+    run = subprocess.run(
+        [*script, str(disk), str(SCRIPTS / "drillrig"), str(path), str(tmp_path)], capture_output=True, text=True
+    )
+    if run.returncode == 77 and "CI" not in os.environ:
+        pytest.skip("this system lets nobody mount a file system of his own")
+    assert run.stdout.split() == ["first", "1", "second", "0"], run.stderr
+    said = (tmp_path / "first").read_text()
+    assert "No space left on device" in said
+    assert "Traceback" not in said
+    rows = table(tmp_path / "kept" / "results.parquet")
+    assert [row["status"] for row in rows] == ["completed"] * 12
+    assert len(list((tmp_path / "kept" / "trajectories").glob("*.nc"))) == 12
+    assert set(recorded(tmp_path / "kept").values()) == {1}
+
+
 def test_one_command_at_a_time_works_in_a_folder(tmp_path: Path) -> None:
     store = Store(tmp_path)
     with pytest.raises(ResultFileError, match="another command is working"):

@@ -18,7 +18,17 @@ from drillrig_pin.batch.pools import ClusterPool, DiedError, LocalPool, Pool, Ti
 from drillrig_pin.batch.store import Store
 from drillrig_pin.batch.study import Study
 from drillrig_pin.batch.summary import Tally
-from drillrig_pin.batch.worker import COMPLETED, FAILED, TIME_LIMIT, WORKER_DIED, Answer, Order, solve, warm
+from drillrig_pin.batch.worker import (
+    COMPLETED,
+    FAILED,
+    TIME_LIMIT,
+    WORKER_DIED,
+    Answer,
+    Order,
+    UnsavedError,
+    solve,
+    warm,
+)
 from drillrig_pin.errors import ResultFileError
 
 #: A chunk is meant to take this long [s]: long against sending it, short against what its loss would cost.
@@ -209,6 +219,8 @@ class Session:
             self._record(future.result(), chunk)
             return []
         self.pool.require_alive()
+        if isinstance(cause, UnsavedError):
+            raise self.store.unwritable(cause.where, cause.what)
         if len(chunk.cases) > 1:
             # One of them did it; alone, it will be known which.
             return [_Chunk([case]) for case in chunk.cases]

@@ -90,7 +90,7 @@ class Store:
                 stream.flush()
                 os.fsync(stream.fileno())
         except OSError as error:
-            raise self._unwritable(target, error) from None
+            raise self.unwritable(target, f"cannot be written ({error.strerror or error})") from None
         self.done |= set(new)
         return list(new.values())
 
@@ -120,15 +120,13 @@ class Store:
             with write_aside(target) as aside:
                 pyarrow.parquet.write_table(table, aside)
         except OSError as error:
-            raise self._unwritable(target, error) from None
+            raise self.unwritable(target, f"cannot be written ({error.strerror or error})") from None
         return target
 
-    def _unwritable(self, target: Path, error: OSError) -> ResultFileError:
-        return ResultFileError(
-            f"cannot be written ({error.strerror or error})",
-            where=target,
-            todo=f"{len(self.done)} cases are safe. Make room, then the same command goes on from there.",
-        )
+    def unwritable(self, target: object, what: str) -> ResultFileError:
+        """What to say when something cannot be written: what is recorded is safe."""
+        todo = f"{len(self.done)} cases are safe. Make room, then the same command goes on from there."
+        return ResultFileError(what, where=target, todo=todo)
 
 
 def recorded(folder: Path) -> Iterator[Answer]:

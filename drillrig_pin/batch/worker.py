@@ -15,7 +15,7 @@ from typing import Any
 from drillrig_pin.batch.cases import Question, model_fingerprint
 from drillrig_pin.batch.holes import Aim, UnreachableError, aim_at
 from drillrig_pin.batch.measures import measured
-from drillrig_pin.errors import DrillrigError
+from drillrig_pin.errors import DrillrigError, ResultFileError
 from drillrig_pin.model.modelfile import read_model
 from drillrig_pin.rig import Rig, build_rig
 from drillrig_pin.scenario import Scenario
@@ -79,6 +79,10 @@ class Answer:
     trajectory: bytes | None = None
 
 
+class UnsavedError(ResultFileError):
+    """A trajectory cannot be written: the study stops, and the case, which is not at fault, is computed again later."""
+
+
 class _TooLongError(Exception):
     pass
 
@@ -106,6 +110,8 @@ def _answer(order: Order, question: Question, target: str | None) -> Answer:
     answer = Answer(question.key)
     try:
         _run(order, question, answer, started, target)
+    except UnsavedError:
+        raise
     except UnreachableError as error:
         answer.status, answer.reason = UNREACHABLE, str(error)
     except _TooLongError:
@@ -143,7 +149,10 @@ def _run(order: Order, question: Question, answer: Answer, started: float, targe
         answer.metrics = {name: quantity.value for name, quantity in found.items()}
         answer.units = {name: quantity.unit for name, quantity in found.items()}
     if target is not None:
-        answer.trajectory = _kept(trajectory, target)
+        try:
+            answer.trajectory = _kept(trajectory, target)
+        except ResultFileError as error:
+            raise UnsavedError(error.what, where=error.where, todo=error.todo) from None
 
 
 @lru_cache(maxsize=4)
