@@ -302,3 +302,9 @@ def test_the_corrections_of_a_constraint() -> None:
         (1, [5.0, 7.0, 0.0]),
         (2, [20.0, 3.0, 0.5]),
     )
+
+
+def test_half_way_up_a_short_ramp_a_load_has_half_its_value() -> None:
+    law = Constant(value=8.0, ramp=0.4).law()
+    assert law.force(np.zeros(1), np.zeros(1), 0.2) == pytest.approx(4.0)
+    assert law.force(np.zeros(1), np.zeros(1), 0.1) == pytest.approx(8.0 * (10 / 4**3 - 15 / 4**4 + 6 / 4**5))
