@@ -452,6 +452,6 @@ def test_the_work_of_two_groups_of_loads_adds_up(state: tuple[Array, Array]) -> 
 
 def test_what_is_weak_is_measured_against_the_strongest_direction() -> None:
     """Everything four hundred times as strong: the same directions are let go by the same share."""
-    J = np.diag([20.0, 20.0 * np.sqrt(2.5e-8)])
-    equations = Equations(np.eye(2), np.zeros(2), J, np.array([0.0, 1.0]), np.zeros(2), np.zeros(2))
-    assert solve_damped(equations)[1][1] * 400 * 2.5e-8 == pytest.approx(0.5, rel=1e-6)
+    J = np.diag([20.0, 10.0, 20.0 * np.sqrt(2.5e-8)])
+    equations = Equations(np.eye(3), np.zeros(3), J, np.array([0.0, 0.0, 1.0]), np.zeros(3), np.zeros(3))
+    assert solve_damped(equations)[1][2] * 400 * 2.5e-8 == pytest.approx(0.5, rel=1e-6)
