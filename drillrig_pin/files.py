@@ -1,12 +1,16 @@
-"""Where the shipped models and scenarios live, and how a file is written so that no half of it is ever seen."""
+"""Where the shipped models and scenarios live, files of which no half is ever seen, folders that one process has."""
 
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import os
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TextIO
+
+from drillrig_pin.errors import ResultFileError
 
 MODEL_SUFFIXES = (".urdf.xacro", ".xacro", ".urdf")
 
@@ -51,3 +55,32 @@ def write_aside(target: Path) -> Iterator[Path]:
         aside.replace(target)
     finally:
         aside.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def saving(target: Path, *, where: object, todo: str = "") -> Iterator[Path]:
+    """:func:`write_aside` that says in one sentence why a result cannot be written.
+
+    Raises:
+        ResultFileError: the disk is full, or the folder is gone or not writable; with ``where`` and ``todo``.
+    """
+    try:
+        with write_aside(target) as aside:
+            yield aside
+    except OSError as error:
+        raise ResultFileError(f"cannot be written ({error.strerror or error})", where=where, todo=todo) from None
+
+
+def lock_folder(folder: Path) -> TextIO | None:
+    """The lock of a folder, held until it is closed or the process ends, however it ends; None if another holds it.
+
+    Raises:
+        OSError: there is no such folder, or nothing can be written in it.
+    """
+    lock = (folder / ".lock").open("w")
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        lock.close()
+        return None
+    return lock

@@ -5,13 +5,14 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from drillrig_pin.errors import ResultFileError
-from drillrig_pin.files import write_aside
+from drillrig_pin.files import saving
 from drillrig_pin.model.nodes import short_path
 
 
@@ -56,11 +57,8 @@ def write_netcdf(
             if words:
                 variable[:] = np.array(words, dtype=object)
         file.attrs.update(attributes)
-    try:
-        with write_aside(path) as aside:
-            aside.write_bytes(content.getbuffer())
-    except OSError as error:
-        raise _unwritable(path, error) from None
+    with _saving(path) as aside:
+        aside.write_bytes(content.getbuffer())
 
 
 def read_netcdf(
@@ -93,29 +91,21 @@ def damaged(path: Path, error: Exception) -> ResultFileError:
 
 def write_csv(path: Path, names: Sequence[str], table: Any) -> None:
     """Write a table with a header line; every value with all its digits. ResultFileError if not writable."""
-    try:
-        with write_aside(path) as aside, aside.open("w", newline="") as stream:
-            csv.writer(stream).writerow(names)
-            np.savetxt(stream, table, fmt="%.17g", delimiter=",")
-    except OSError as error:
-        raise _unwritable(path, error) from None
+    with _saving(path) as aside, aside.open("w", newline="") as stream:
+        csv.writer(stream).writerow(names)
+        np.savetxt(stream, table, fmt="%.17g", delimiter=",")
 
 
 def write_mat(path: Path, content: Mapping[str, Any]) -> None:
     """Write a MATLAB 5 file. ResultFileError if not writable."""
     from scipy.io import savemat
 
-    try:
-        with write_aside(path) as aside, aside.open("wb") as stream:
-            savemat(stream, dict(content), long_field_names=True)
-    except OSError as error:
-        raise _unwritable(path, error) from None
+    with _saving(path) as aside, aside.open("wb") as stream:
+        savemat(stream, dict(content), long_field_names=True)
 
 
-def _unwritable(path: Path, error: OSError) -> ResultFileError:
-    return ResultFileError(
-        f"cannot be written ({error.strerror or error})", where=short_path(path), todo="Check folder and free space."
-    )
+def _saving(path: Path) -> AbstractContextManager[Path]:
+    return saving(path, where=short_path(path), todo="Check folder and free space.")
 
 
 def _text(word: Any) -> str:

@@ -42,7 +42,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from drillrig_pin.errors import ResultFileError
-from drillrig_pin.files import write_aside
+from drillrig_pin.files import saving
 
 FILE = "sensitivity.json"
 FORMAT = "drillrig sensitivity 1"
@@ -137,13 +137,8 @@ class Sensitivity:
         """Write the file into the folder of the study; ResultFileError if that cannot be."""
         target = folder / FILE
         text = json.dumps(self.document(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-        try:
-            with write_aside(target) as aside:
-                aside.write_text(text, encoding="utf-8")
-        except OSError as error:
-            raise ResultFileError(
-                f"cannot be written ({error.strerror})", where=target, todo="Make room; the cases themselves are safe."
-            ) from None
+        with saving(target, where=target, todo="Make room; the cases themselves are safe.") as aside:
+            aside.write_text(text, encoding="utf-8")
         return target
 
 

@@ -28,8 +28,7 @@ from drillrig_pin.batch.optimizer import Found
 from drillrig_pin.batch.rerun import best_study
 from drillrig_pin.batch.space import Space, parameters
 from drillrig_pin.batch.study import Study, study_text
-from drillrig_pin.errors import ResultFileError
-from drillrig_pin.files import write_aside
+from drillrig_pin.files import saving
 
 FILE = "optimum.json"
 STUDY = "best.yaml"
@@ -97,13 +96,8 @@ def save_optimum(study: Study, found: Found, folder: Path) -> None:
 
 
 def _write(target: Path, text: str) -> None:
-    try:
-        with write_aside(target) as aside:
-            aside.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise ResultFileError(
-            f"cannot be written ({error.strerror})", where=target, todo="Make room; the cases themselves are safe."
-        ) from None
+    with saving(target, where=target, todo="Make room; the cases themselves are safe.") as aside:
+        aside.write_text(text, encoding="utf-8")
 
 
 def _told(found: Found, trial: Trial | None) -> dict[str, Any] | None:

@@ -29,7 +29,7 @@ from drillrig_pin.batch.worker import (
     solve,
     warm,
 )
-from drillrig_pin.errors import ResultFileError
+from drillrig_pin.files import saving
 
 #: A chunk is meant to take this long [s]: long against sending it, short against what its loss would cost.
 CHUNK_TIME = 1.0
@@ -279,10 +279,5 @@ def _in_order_of_models(cases: Iterable[Case]) -> list[Case]:
 
 def write_trajectory(target: Path, content: bytes) -> None:
     """Write what a worker sent back; ResultFileError if the disk is full."""
-    from drillrig_pin.files import write_aside
-
-    try:
-        with write_aside(target) as aside:
-            aside.write_bytes(content)
-    except OSError as error:
-        raise ResultFileError(f"cannot be written ({error.strerror})", where=target, todo="Make room.") from None
+    with saving(target, where=target, todo="Make room.") as aside:
+        aside.write_bytes(content)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import fcntl
 import json
 import math
 import os
@@ -16,7 +15,7 @@ from pydantic import TypeAdapter
 from drillrig_pin.batch.cases import Case, Plan
 from drillrig_pin.batch.worker import TRIED_AGAIN, Answer
 from drillrig_pin.errors import ResultFileError
-from drillrig_pin.files import write_aside
+from drillrig_pin.files import lock_folder, saving
 from drillrig_pin.trajectory import versions
 
 if TYPE_CHECKING:
@@ -43,21 +42,18 @@ class Store:
         self.journal = folder / JOURNAL
         try:
             self.journal.mkdir(parents=True, exist_ok=True)
-            self._lock = (folder / ".lock").open("w")
+            lock = lock_folder(folder)
         except OSError as error:
             raise ResultFileError(
                 f"the folder cannot be made ({error.strerror})", where=folder, todo="Choose another place with -o."
             ) from None
-        try:
-            # The lock goes with the process, however it ends.
-            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            self._lock.close()
+        if lock is None:
             raise ResultFileError(
                 "another command is working in this folder",
                 where=folder,
                 todo="Wait for it, or give another with -o.",
-            ) from None
+            )
+        self._lock = lock
         for left in self.journal.glob(".*.jsonl.*"):
             left.unlink(missing_ok=True)
         self.done: set[str] = {answer.key for answer in self.settled()}
@@ -82,15 +78,12 @@ class Store:
             return []
         self._files += 1
         target = self.journal / f"{self._files:06d}-{next(iter(new))[:8]}.jsonl"
-        try:
-            with write_aside(target) as aside, aside.open("w") as stream:
-                for answer in new.values():
-                    fields = {k: v for k, v in dataclasses.asdict(answer).items() if k != "trajectory"}
-                    stream.write(json.dumps(fields) + "\n")
-                stream.flush()
-                os.fsync(stream.fileno())
-        except OSError as error:
-            raise self.unwritable(target, f"cannot be written ({error.strerror or error})") from None
+        with saving(target, where=target, todo=self._safe) as aside, aside.open("w") as stream:
+            for answer in new.values():
+                fields = {k: v for k, v in dataclasses.asdict(answer).items() if k != "trajectory"}
+                stream.write(json.dumps(fields) + "\n")
+            stream.flush()
+            os.fsync(stream.fileno())
         self.done |= set(new)
         return list(new.values())
 
@@ -116,17 +109,17 @@ class Store:
 
         table = table_so_far(self.folder, plan)
         target = self.folder / TABLE
-        try:
-            with write_aside(target) as aside:
-                pyarrow.parquet.write_table(table, aside)
-        except OSError as error:
-            raise self.unwritable(target, f"cannot be written ({error.strerror or error})") from None
+        with saving(target, where=target, todo=self._safe) as aside:
+            pyarrow.parquet.write_table(table, aside)
         return target
 
     def unwritable(self, target: object, what: str) -> ResultFileError:
         """What to say when something cannot be written: what is recorded is safe."""
-        todo = f"{len(self.done)} cases are safe. Make room, then the same command goes on from there."
-        return ResultFileError(what, where=target, todo=todo)
+        return ResultFileError(what, where=target, todo=self._safe)
+
+    @property
+    def _safe(self) -> str:
+        return f"{len(self.done)} cases are safe. Make room, then the same command goes on from there."
 
 
 def recorded(folder: Path) -> Iterator[Answer]:

@@ -7,7 +7,7 @@ import tempfile
 from pathlib import Path
 
 from drillrig_pin.errors import ResultFileError
-from drillrig_pin.files import write_aside
+from drillrig_pin.files import saving
 
 
 def require_writable(target: Path) -> None:
@@ -46,10 +46,5 @@ def require_folder(folder: Path) -> None:
 def write_text(target: Path, text: str) -> None:
     """Write a text file as a whole; ResultFileError if it cannot be written."""
     require_writable(target)
-    try:
-        with write_aside(target) as aside:
-            aside.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise ResultFileError(
-            f"cannot be written ({error.strerror})", where=target, todo="Check the free space."
-        ) from None
+    with saving(target, where=target, todo="Check the free space.") as aside:
+        aside.write_text(text, encoding="utf-8")

@@ -14,6 +14,15 @@ from drillrig_pin.service.service import Service
 LOOK = 0.04
 
 
+async def awaited(job: Job, service: Service, seconds: float) -> Job:
+    """The job as it stands when it has ended, or after that many seconds."""
+    end = asyncio.get_running_loop().time() + seconds
+    while not job.ended and asyncio.get_running_loop().time() < end:
+        await asyncio.sleep(LOOK)
+        job = service.job(job.id, job.kind)
+    return job
+
+
 async def job_events(job: Job, service: Service) -> AsyncIterator[ServerSentEvent]:
     """``progress`` whenever something changed, and one ``done`` when the job ended or was deleted."""
     told: tuple[str, float] | None = None

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from drillrig_pin.errors import DrillrigError, ModelError, ResultFileError
-from drillrig_pin.files import write_aside
+from drillrig_pin.files import saving
 from drillrig_pin.service.bounds import bounded
 from drillrig_pin.service.problems import ServiceError, problem_of
 from drillrig_pin.service.settings import Limits
@@ -17,6 +17,8 @@ from drillrig_pin.words import plain
 
 #: The figures a run has, by name, with title and caption.
 FIGURES = "figures.json"
+#: What to do when a file does not fit; where it lies is nothing to tell a client.
+ROOM = "Make room on the server's disk."
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,11 +166,8 @@ def study_csv(table: Path, target: Path) -> None:
     import pyarrow.csv
     import pyarrow.parquet
 
-    try:
-        with write_aside(target) as aside:
-            pyarrow.csv.write_csv(pyarrow.parquet.read_table(table), aside)
-    except OSError as error:
-        raise ResultFileError(f"cannot be written ({error.strerror})", todo="Make room on the server's disk.") from None
+    with saving(target, where=None, todo=ROOM) as aside:
+        pyarrow.csv.write_csv(pyarrow.parquet.read_table(table), aside)
 
 
 def study_report(folder: Path, target: Path) -> None:
@@ -193,8 +192,5 @@ def _trajectory(run: Path) -> Trajectory:
 
 
 def _write(target: Path, text: str) -> None:
-    try:
-        with write_aside(target) as aside:
-            aside.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise ResultFileError(f"cannot be written ({error.strerror})", todo="Make room on the server's disk.") from None
+    with saving(target, where=None, todo=ROOM) as aside:
+        aside.write_text(text, encoding="utf-8")

@@ -14,7 +14,7 @@ from fastapi.sse import EventSourceResponse, ServerSentEvent
 from drillrig_pin.service import rendering
 from drillrig_pin.service.answers import EVENTS, PAGE, PROBLEMS, RunId, Served, file_answer, json_answer, page_answer
 from drillrig_pin.service.desk import RefusedError
-from drillrig_pin.service.events import LOOK, job_events
+from drillrig_pin.service.events import awaited, job_events
 from drillrig_pin.service.problems import Problem, ServiceError
 from drillrig_pin.service.records import Job
 from drillrig_pin.service.runs import run_job
@@ -99,11 +99,7 @@ async def read_run(
     wait: Annotated[float, Query(ge=0, le=60, description="wait up to so many seconds for its end [s]")] = 0,
 ) -> Response:
     """A run and how it stands."""
-    end = asyncio.get_running_loop().time() + wait
-    while not job.ended and asyncio.get_running_loop().time() < end:
-        await asyncio.sleep(LOOK)
-        job = service.job(job.id, "run")
-    return json_answer(run_view(service, job))
+    return json_answer(run_view(service, await awaited(job, service, wait)))
 
 
 @router.get("/runs/{id}/events", response_class=EventSourceResponse, responses=EVENTS)
@@ -187,10 +183,7 @@ async def run_figure(job: Run, service: Served, name: FigureName, form: Form) ->
 async def run_report(job: Run, service: Served) -> FileResponse:
     """Verdict, numbers, animation, figures and sources as one page that opens without network."""
     run = await result_file(job, service)
-    path = run.with_name("report.html")
-    if not path.exists():
-        await made(job, service, (job.id, "report"), rendering.report, run, path)
-    return page_answer(path)
+    return await _page(job, service, "report", rendering.report, run)
 
 
 @router.get(
@@ -201,10 +194,7 @@ async def run_report(job: Run, service: Served) -> FileResponse:
 async def run_replay(job: Run, service: Served) -> FileResponse:
     """The machine in motion as one page that opens without network."""
     run = await result_file(job, service)
-    path = run.with_name("replay.html")
-    if not path.exists():
-        await made(job, service, (job.id, "replay"), rendering.replay, [run], path)
-    return page_answer(path)
+    return await _page(job, service, "replay", rendering.replay, [run])
 
 
 @router.get("/compare", responses={200: {"description": "as drillrig compare --json"}})
@@ -218,6 +208,14 @@ async def compare_runs(
     runs = [await result_file(job, service) for job in jobs]
     found: dict[str, Any] = await made(jobs[0], service, (a, b, "compare"), rendering.compare, runs, [a, b])
     return found
+
+
+async def _page(job: Job, service: Service, name: str, render: Any, what: Any) -> FileResponse:
+    """A page beside the result file, made when it is first asked for."""
+    path = service.folder(job) / f"{name}.html"
+    if not path.exists():
+        await made(job, service, (job.id, name), render, what, path)
+    return page_answer(path)
 
 
 async def made(job: Job, service: Service, key: tuple[str, ...], function: Any, *arguments: Any) -> Any:

@@ -15,7 +15,7 @@ from fastapi.sse import EventSourceResponse, ServerSentEvent
 from drillrig_pin.batch.store import TABLE
 from drillrig_pin.service import rendering
 from drillrig_pin.service.answers import EVENTS, PAGE, PROBLEMS, Served, StudyId, file_answer, page_answer
-from drillrig_pin.service.events import LOOK, job_events
+from drillrig_pin.service.events import awaited, job_events
 from drillrig_pin.service.library import UPLOAD
 from drillrig_pin.service.problems import Problem, ServiceError
 from drillrig_pin.service.records import Job
@@ -90,11 +90,7 @@ async def read_study(
     wait: Annotated[float, Query(ge=0, le=60, description="wait up to so many seconds for its end [s]")] = 0,
 ) -> StudyView:
     """A study and how it stands."""
-    end = asyncio.get_running_loop().time() + wait
-    while not job.ended and asyncio.get_running_loop().time() < end:
-        await asyncio.sleep(LOOK)
-        job = service.job(job.id, "study")
-    return study_view(service, job)
+    return study_view(service, await awaited(job, service, wait))
 
 
 @router.get("/{id}/events", response_class=EventSourceResponse, responses=EVENTS)

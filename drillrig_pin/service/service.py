@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 import shutil
 import threading
 from pathlib import Path
 
 from drillrig_pin.errors import ResultFileError
+from drillrig_pin.files import lock_folder
 from drillrig_pin.service.desk import Desk
 from drillrig_pin.service.jobs import Carrier, Jobs, Listener
 from drillrig_pin.service.library import Library
@@ -33,18 +33,16 @@ class Service:
         try:
             for name in ("runs", "studies"):
                 (data / name).mkdir(parents=True, exist_ok=True)
-            self._lock = (data / ".lock").open("w")
+            lock = lock_folder(data)
         except OSError as error:
             raise ResultFileError(
                 f"the data folder cannot be made ({error.strerror})", where=data, todo="Choose another with --data."
             ) from None
-        try:
-            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            self._lock.close()
+        if lock is None:
             raise ResultFileError(
                 "another server works in this data folder", where=data, todo="Give another with --data."
-            ) from None
+            )
+        self._lock = lock
         self.records = Records(data / "records.sqlite")
         self.library = Library(self.records, settings.library)
         self.runs = RunCarrier(settings, self.library, data / "runs")

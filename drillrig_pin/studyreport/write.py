@@ -12,7 +12,7 @@ from urllib.parse import quote
 from drillrig_pin.analysis.limits import Limit
 from drillrig_pin.errors import DrillrigError, ResultFileError
 from drillrig_pin.figures.face import caption, save_face
-from drillrig_pin.files import write_aside
+from drillrig_pin.files import saving
 from drillrig_pin.studyreport.content import StudyContent, gather
 from drillrig_pin.studyreport.page import study_page
 from drillrig_pin.studyreport.subject import read_subject
@@ -111,8 +111,5 @@ def _address(path: Path, page: Path) -> str:
 
 
 def _write(target: Path, text: str) -> None:
-    try:
-        with write_aside(target) as aside:
-            aside.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise ResultFileError(f"cannot be written ({error.strerror})", where=target) from None
+    with saving(target, where=target) as aside:
+        aside.write_text(text, encoding="utf-8")
