@@ -169,17 +169,24 @@ class ClusterPool:
 
     def submit(self, timeout: float | None, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
         """See :class:`Pool`. A task of a cluster cannot be killed from here: the worker itself watches the time."""
-        task: Future[Any] = self._client.submit(function, *arguments, pure=False)
+        try:
+            task: Future[Any] = self._client.submit(function, *arguments, pure=False)
+        except OSError:
+            # The connection broke before the client noticed.
+            raise self._gone() from None
         return task
 
     def require_alive(self) -> None:
         """BatchError once the scheduler is gone."""
         if self._client.status != "running":
-            raise BatchError(
-                "the scheduler went away",
-                where=self.address,
-                todo="Everything recorded is safe; with a scheduler again, the same command goes on from there.",
-            )
+            raise self._gone()
+
+    def _gone(self) -> BatchError:
+        return BatchError(
+            "the scheduler went away",
+            where=self.address,
+            todo="Everything recorded is safe; with a scheduler again, the same command goes on from there.",
+        )
 
     def close(self) -> None:
         """Give up what is under way."""
