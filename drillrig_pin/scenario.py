@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -129,7 +130,7 @@ def merged(fields: dict[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]
 
 
 def load_scenario(path_or_name: str | Path, **changes: Any) -> Scenario:
-    """Read a scenario from YAML, by path or by the name of a shipped one.
+    """Read a scenario from YAML, by path or by the name of a shipped one; its model may stand beside it.
 
     Raises:
         ScenarioError: no such scenario, not YAML, unknown field, value out of range.
@@ -149,7 +150,17 @@ def load_scenario(path_or_name: str | Path, **changes: Any) -> Scenario:
         case = Scenario(**fields)
     except FieldError as error:
         raise ScenarioError(error.what, where=lines.at(error.way), todo=error.todo) from None
+    case = case.changed({"model": model_beside(case.model, path)}) if "model" in fields else case
     return case.changed(changes) if changes else case
+
+
+def model_beside(model: str, file: Path) -> str:
+    """The model that ``file`` names: a relative path is looked for beside that file first, a plain name is kept."""
+    path = Path(model)
+    if path.is_absolute() or (path.parent == Path() and path.suffix not in (".xacro", ".urdf")):
+        return model
+    near = (folder / path for folder in dict.fromkeys((file.parent, file.resolve().parent)))
+    return next((str(place) for place in near if os.path.isfile(place)), model)
 
 
 def _scenario_error(error: ValidationError) -> FieldError:

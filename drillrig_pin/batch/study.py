@@ -16,7 +16,7 @@ from drillrig_pin.batch.settings import OptimizeSettings, SensitivitySettings
 from drillrig_pin.errors import DrillrigError, FieldError, ModelError, ScenarioError, Source, legal_names, shown
 from drillrig_pin.files import shipped_studies
 from drillrig_pin.model.modelfile import ModelFile, read_model
-from drillrig_pin.scenario import Scenario, load_scenario
+from drillrig_pin.scenario import Scenario, load_scenario, model_beside
 from drillrig_pin.yamlfile import Lines, read_fields
 
 #: More cases than this are a slip of the pen.
@@ -267,6 +267,22 @@ def _resolve_beside(content: dict[str, Any], path: Path) -> None:
             near = path.parent / given
             if os.path.isfile(near) and near.suffix in (".xacro", ".urdf", ".yaml", ".yml"):
                 content[field] = str(near)
+    for fields, key in ((content.get("scenario"), "model"), (content.get("set"), "scenario.model")):
+        if isinstance(fields, dict) and isinstance(fields.get(key), str):
+            fields[key] = model_beside(fields[key], path)
+    for axis in content["axes"] if isinstance(content.get("axes"), list) else ():
+        if isinstance(axis, dict):
+            _models_beside(axis, path)
+
+
+def _models_beside(axis: dict[str, Any], path: Path) -> None:
+    """The same for an axis that varies the model."""
+    columns = [axis[kind] for kind in ("zip", "grid") if isinstance(axis.get(kind), dict)]
+    lists = [column.get("scenario.model") for column in columns]
+    lists += [axis.get("list")] if axis.get("name") == "scenario.model" else []
+    for values in lists:
+        if isinstance(values, list):
+            values[:] = [model_beside(value, path) if isinstance(value, str) else value for value in values]
 
 
 def _study_error(error: ValidationError) -> FieldError:

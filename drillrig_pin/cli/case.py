@@ -86,7 +86,6 @@ def read_scenario(model: str | None, scenario: str | None, settings: Sequence[st
     arguments, fields = parse_settings(settings)
     if scenario is not None:
         case = load_scenario(scenario)
-        case = _beside(case, Path(scenario))
     else:
         case = Scenario(name=Path(model).name.split(".")[0], model=model) if model is not None else Scenario()
     changes: dict[str, Any] = {} if model is None else {"model": model}
@@ -104,15 +103,6 @@ def read_rig(case: Scenario) -> Rig:
     from drillrig_pin.rig import build_rig
 
     return build_rig(read_model(case.model, case.arguments))
-
-
-def _beside(case: Scenario, path: Path) -> Scenario:
-    """A model that a scenario file names by a relative path is looked for beside that file first."""
-    model = Path(case.model)
-    if model.parent == Path() and model.suffix not in (".xacro", ".urdf"):
-        return case
-    near = path.parent / model
-    return case.changed({"model": str(near)}) if near.is_file() else case
 
 
 def _number(text: str) -> float | int | None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import threading
 from collections.abc import Mapping
@@ -11,6 +10,7 @@ from typing import Any
 from xml.dom import minidom
 
 from drillrig_pin.errors import ModelError, legal_names
+from drillrig_pin.model.beside import Names, as_written, naming
 from drillrig_pin.model.nodes import parse_file, root_element, short_path
 from drillrig_pin.model.xacro_memory import remembering
 
@@ -38,6 +38,7 @@ def expand(path: Path, arguments: Mapping[str, Any]) -> tuple[minidom.Document, 
                 "a file that uses xacro must be named *.xacro", where=short_path(path), todo="Rename the file."
             )
         _refuse_unknown(arguments, frozenset(), path)
+        Names().note(document, str(path.absolute()))
         return document, frozenset(), (path,)
     return _run_xacro(path, arguments)
 
@@ -50,12 +51,15 @@ def _run_xacro(path: Path, arguments: Mapping[str, Any]) -> tuple[minidom.Docume
     def stamped_parse(text: Any, filename: str | None = None) -> Any:
         if text is not None or filename is None:
             return text
-        document = parse_file(os.path.join(xacro.root_dir, filename))
+        document = parse_file(filename)
+        names.note(document, filename)
         declared.update(element.getAttribute("name") for element in document.getElementsByTagName("xacro:arg"))
         return document
 
     mappings = {name: _as_text(value) for name, value in arguments.items()}
-    with _XACRO, remembering(xacro):
+    # The path a person gave is kept as it is: `..` after a link leads elsewhere once it is worked out in letters.
+    path = path.absolute()
+    with _XACRO, remembering(xacro), naming(xacro) as names:
         # xacro offers no hook for line numbers: its parser is replaced for the duration of one expansion.
         original, xacro.parse = xacro.parse, stamped_parse
         xacro.all_includes.clear()
@@ -71,9 +75,9 @@ def _run_xacro(path: Path, arguments: Mapping[str, Any]) -> tuple[minidom.Docume
             place = _place(
                 [file for file in xacro.filestack or [] if file] or [str(path)],
                 tuple(dict.fromkeys(map(Path, (path, *xacro.all_includes)))),
-                str(error),
+                words := as_written(str(error)),
             )
-            reason = " ".join(str(error).split()) or type(error).__name__
+            reason = " ".join(words.split()) or type(error).__name__
             # A model that stops with xacro.fatal has said what is wrong; the expression that says so adds nothing.
             reason = re.split(r" when evaluating expression '(?=.*xacro\.fatal\()", reason)[0]
             raise ModelError(f"xacro cannot expand the model: {reason}", where=place) from None

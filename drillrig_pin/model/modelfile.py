@@ -11,6 +11,7 @@ from xml.dom import minidom
 
 from drillrig_pin.errors import ModelError, legal_names
 from drillrig_pin.files import MODEL_SUFFIXES, shipped_models
+from drillrig_pin.model.beside import NAMED_IN, folders
 from drillrig_pin.model.expand import expand
 from drillrig_pin.model.nodes import MAX_BYTES, Node, parse_bytes, root_element, short_path, take_nodes
 
@@ -124,10 +125,7 @@ def _model_file(
     element = root_element(document)
     if element.tagName != "robot":
         raise ModelError(f"the root element is <{element.tagName}>, not <robot>", where=path)
-    tables = element.getElementsByTagName("table")
-    read = [folder / table.getAttribute("file") for table in tables if table.getAttribute("file")]
-    for table in tables:
-        _inline(table, document, folder)
+    read = [file for table in element.getElementsByTagName("table") if (file := _inline(table, document, folder))]
     _drop_comments(element)
     root = take_nodes(element)
     text = '<?xml version="1.0"?>\n' + "\n".join(
@@ -147,18 +145,27 @@ def _drop_comments(element: minidom.Element) -> None:
             _drop_comments(child)
 
 
-def _inline(table: minidom.Element, document: minidom.Document, folder: Path) -> None:
-    """Replace a reference to a CSV file by its text, so that the expanded model stands alone."""
+def _inline(table: minidom.Element, document: minidom.Document, folder: Path) -> Path | None:
+    """Replace a reference to a CSV file by its text, so that the expanded model stands alone; gives that file.
+
+    It is looked for beside the file that names it, then beside the model file.
+    """
     name = table.getAttribute("file")
-    if not name or table.firstChild is not None:
-        return
-    path = folder / name
-    if not path.resolve().is_relative_to(folder.resolve()):
+    near = folders(table.getAttribute(NAMED_IN)) if table.hasAttribute(NAMED_IN) else ()
+    if near:
+        table.removeAttribute(NAMED_IN)
+    if not name:
+        return None
+    places = list(dict.fromkeys([*map(Path, near), folder.absolute()]))
+    path = next((path for place in places if os.path.isfile(path := place / name)), places[0] / name)
+    if table.firstChild is not None:
+        return path
+    if not any(path.resolve().is_relative_to(place.resolve()) for place in places):
         # A model may come from anywhere; it must not be able to name any file of this machine.
         raise ModelError(
             f"the load table {name!r} lies outside the model's folder",
             where=short_path(folder),
-            todo="Put it beside the model file.",
+            todo="Put it beside the file that names it.",
         )
     try:
         with path.open("rb") as stream:
@@ -171,3 +178,4 @@ def _inline(table: minidom.Element, document: minidom.Document, folder: Path) ->
     except UnicodeDecodeError:
         raise ModelError("the load table is not text in UTF-8", where=short_path(path)) from None
     table.appendChild(document.createTextNode("\n" + text.strip() + "\n"))
+    return path

@@ -114,6 +114,9 @@ def parse_file(path: str | os.PathLike[str]) -> minidom.Document:
 def short_path(path: str | os.PathLike[str]) -> str:
     """The path as a person would type it: relative to the working directory if it lies below."""
     absolute = os.path.abspath(path)
+    if os.pardir in Path(path).parts and os.path.realpath(path) != os.path.realpath(absolute):
+        # After a link, `..` leads elsewhere than the letters of the path say.
+        absolute = os.path.realpath(path)
     relative = os.path.relpath(absolute)
     return absolute if relative.startswith(os.pardir) else relative
 
