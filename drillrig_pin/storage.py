@@ -30,8 +30,11 @@ def write_netcdf(
     columns: Mapping[str, Column],
     labels: Mapping[str, Sequence[str]],
     attributes: Mapping[str, str | float],
+    groups: Mapping[str, Mapping[str, Column]] | None = None,
 ) -> None:
-    """Write columns, names along dimensions and attributes to NetCDF-4.
+    """Write columns, names along dimensions and attributes to NetCDF-4; further columns into groups of their own.
+
+    A dimension of a group is its own if its size is not the one at the top.
 
     Raises:
         ResultFileError: the folder does not exist, is not writable or is full.
@@ -46,12 +49,14 @@ def write_netcdf(
     content = io.BytesIO()
     with h5netcdf.File(content, "w") as file:
         file.dimensions = sizes
-        for name, column in columns.items():
-            variable = file.create_variable(name, column.dims, dtype="f8")
-            if np.size(column.values):
-                variable[...] = column.values
-            variable.attrs["units"] = column.unit
-            variable.attrs["long_name"] = column.text
+        _write_columns(file, columns)
+        for name, inner in (groups or {}).items():
+            group = file.create_group(name)
+            of_group = {
+                dim: n for column in inner.values() for dim, n in zip(column.dims, np.shape(column.values), strict=True)
+            }
+            group.dimensions = {dim: n for dim, n in of_group.items() if sizes.get(dim) != n}
+            _write_columns(group, inner)
         for dim, words in labels.items():
             variable = file.create_variable(dim, (dim,), dtype=h5py.string_dtype())
             if words:
@@ -61,10 +66,19 @@ def write_netcdf(
         aside.write_bytes(content.getbuffer())
 
 
+def _write_columns(group: Any, columns: Mapping[str, Column]) -> None:
+    for name, column in columns.items():
+        variable = group.create_variable(name, column.dims, dtype="f8")
+        if np.size(column.values):
+            variable[...] = column.values
+        variable.attrs["units"] = column.unit
+        variable.attrs["long_name"] = column.text
+
+
 def read_netcdf(
-    path: Path, columns: Iterable[str], dims: Iterable[str]
+    path: Path, columns: Iterable[str], dims: Iterable[str], group: str = ""
 ) -> tuple[dict[str, Any], dict[str, list[str]], dict[str, Any]]:
-    """Read arrays, names along dimensions and attributes.
+    """Read arrays, names along dimensions and attributes, at the top or in a group.
 
     Raises:
         ResultFileError: not there, or damaged.
@@ -72,7 +86,8 @@ def read_netcdf(
     import h5netcdf
 
     try:
-        with h5netcdf.File(path, "r") as file:
+        with h5netcdf.File(path, "r") as whole:
+            file = whole[group] if group else whole
             attributes = {name: _clean(value) for name, value in file.attrs.items()}
             arrays = {name: np.asarray(file.variables[name][...], dtype=float) for name in columns}
             labels = {dim: [_text(word) for word in file.variables[dim][...]] for dim in dims}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
@@ -27,6 +27,10 @@ AXES = ("x", "y", "z")
 FORMAT = "drillrig trajectory 2"
 #: Name of the estimated error among the costs of a run.
 ESTIMATE = "estimated_error"
+#: Where a file keeps the rows of statistics: nowhere else than the samples, or in a group of their own.
+SAMPLES, GROUP = "samples", "record"
+#: Samples per period of the fastest load from which its vibration can be told from a slower one.
+SHOWING = 2.5
 
 
 class Variable(NamedTuple):
@@ -69,9 +73,19 @@ def versions() -> dict[str, str]:
     return {name: version(name) for name in ("drillrig-pin", "pin", "numpy", "scipy")}
 
 
+class Kept(NamedTuple):
+    """Rows of a run other than its samples: times (n) [s] and the variables of :data:`VARIABLES`."""
+
+    time: Array
+    arrays: Mapping[str, Array]
+
+
 @dataclass(frozen=True)
 class Trajectory:
-    """One run.
+    """One run: its samples, and behind ``record`` the rows its statistics are taken from.
+
+    The samples are what the scenario asked for, multiples of 1 / output_rate. Extremes, RMS, load cycles and shares of
+    time belong to the ``record``: rows close enough to show every load, and every impact, whatever the output rate.
 
     Attributes:
         time: sample times (n) [s].
@@ -86,6 +100,9 @@ class Trajectory:
         engine, method: which engine ran, ``core`` or ``python``, and which integrator.
         added: force elements made in Python, as text; to run again they must be given again.
         made_with: versions of the software that computed it, which need not be those that read it.
+        kept: the rows of the record where they are not the samples themselves; None: the samples are the record.
+        load_frequency: highest frequency of a load that acted [Hz]; 0: none varies; None: not known (an older file).
+        sampled_only: True if nothing but samples was kept (an older file): then ``record`` holds no more than they do.
     """
 
     time: Array
@@ -101,6 +118,25 @@ class Trajectory:
     engine: str = "python"
     method: str = ""
     made_with: dict[str, str] = field(default_factory=lambda: dict(versions()), repr=False)
+    kept: Kept | None = field(default=None, repr=False, compare=False)
+    load_frequency: float | None = field(default=None, repr=False)
+    sampled_only: bool = field(default=False, repr=False)
+
+    @property
+    def record(self) -> Trajectory:
+        """The same run with the rows its statistics are taken from; the very same object where those are its samples.
+
+        Times increase and need not be equally spaced: rows stand at the multiples of a fixed time, at breakpoints of
+        the loads, and, where contact is made and broken, wherever a straight line between rows would miss a force.
+        """
+        if self.kept is None:
+            return self
+        return replace(self, time=self.kept.time, arrays=self.kept.arrays, kept=None)
+
+    @property
+    def samples_show_loads(self) -> bool:
+        """False if the output rate is below 2.5 x the highest load frequency: samples then show a slower motion."""
+        return self.load_frequency is None or self.scenario.output_rate >= SHOWING * self.load_frequency
 
     def __getattr__(self, name: str) -> Array:
         arrays: Mapping[str, Array] = self.__dict__.get("arrays", {})
@@ -151,10 +187,12 @@ class Trajectory:
         return content_hash(self.model, self.scenario, self.added, self.made_with)
 
     def save(self, path: str | Path) -> None:
-        """Write everything to one NetCDF-4 file; nothing is left behind if that fails (ResultFileError)."""
-        columns = {"time": Column(("time",), self.time, "s", "time")}
-        for name, meaning in VARIABLES.items():
-            columns[name] = Column(("time", *meaning.dims), self.arrays[name], meaning.unit, meaning.text)
+        """Write everything to one NetCDF-4 file; nothing is left behind if that fails (ResultFileError).
+
+        The samples stand at the top, as readers of such files expect; rows of the record that are not the samples stand
+        in the group ``record`` under the same names.
+        """
+        groups = {GROUP: _columns(self.kept.time, self.kept.arrays)} if self.kept is not None else {}
         outcome = self.outcome
         attributes: dict[str, str | float] = {
             "format": FORMAT,
@@ -174,7 +212,11 @@ class Trajectory:
             "engine": self.engine,
             "method": self.method,
         }
-        write_netcdf(Path(path), columns, {**self.labels, "axis": AXES}, attributes)
+        if not self.sampled_only:
+            attributes["record"] = GROUP if groups else SAMPLES
+        if self.load_frequency is not None:
+            attributes["load_frequency"] = self.load_frequency
+        write_netcdf(Path(path), _columns(self.time, self.arrays), {**self.labels, "axis": AXES}, attributes, groups)
 
     def to_csv(self, path: str | Path) -> None:
         """Write all variables as one table, a column each, named ``variable.label [unit]``."""
@@ -201,6 +243,14 @@ class Trajectory:
         return names, np.hstack(columns)
 
 
+def _columns(time: Array, arrays: Mapping[str, Array]) -> dict[str, Column]:
+    """Every array of some rows as it is written."""
+    columns = {"time": Column(("time",), time, "s", "time")}
+    for name, meaning in VARIABLES.items():
+        columns[name] = Column(("time", *meaning.dims), arrays[name], meaning.unit, meaning.text)
+    return columns
+
+
 def load_trajectory(path: str | Path) -> Trajectory:
     """Read a result file back.
 
@@ -213,6 +263,12 @@ def load_trajectory(path: str | Path) -> Trajectory:
         raise ResultFileError("not a result file of drillrig", where=short_path(path))
     try:
         _require_shapes(arrays, labels)
+        kept = None
+        if attributes.get("record") == GROUP:
+            rows = read_netcdf(path, ["time", *VARIABLES], (), GROUP)[0]
+            _require_shapes(rows, labels)
+            kept = Kept(rows.pop("time"), rows)
+        frequency = attributes.get("load_frequency")
         outcome = Outcome(
             Status[attributes["status"]],
             float(attributes["end_time"]),
@@ -233,6 +289,9 @@ def load_trajectory(path: str | Path) -> Trajectory:
             str(attributes["engine"]),
             str(attributes["method"]),
             _told(attributes["versions"], dict[str, str]),
+            kept,
+            None if frequency is None else float(frequency),
+            "record" not in attributes,
         )
     except Exception as error:
         raise damaged(path, error) from None
