@@ -12,11 +12,16 @@ from drillrig_pin.elements.cylinder import Cylinder
 from drillrig_pin.elements.springs import Spring
 from drillrig_pin.errors import ModelError, Source
 from drillrig_pin.model.modelfile import ModelFile, read_model, read_model_text
-from drillrig_pin.model.urdfcheck import Problem, check_urdf
+from drillrig_pin.model.problem import Problem
+from drillrig_pin.model.urdfcheck import check_urdf
 from drillrig_pin.rig import Rig, assemble_rig, parse_elements
 
 
-def check_model(path_or_name: str | Path, arguments: Mapping[str, Any] | None = None) -> list[Problem]:
+def check_model(
+    path_or_name: str | Path,
+    arguments: Mapping[str, Any] | None = None,
+    packages: Mapping[str, str | Path] | None = None,
+) -> list[Problem]:
     """Findings about a model file: errors first, each kind in the order of the files.
 
     A file that cannot be read at all is one finding. Otherwise: links, joints and inertias; extension elements and the
@@ -24,7 +29,7 @@ def check_model(path_or_name: str | Path, arguments: Mapping[str, Any] | None = 
     none): joint limits, strokes, lever arms, assembly, redundant constraints, static balance and pressures.
     """
     try:
-        file = read_model(path_or_name, arguments)
+        file = read_model(path_or_name, arguments, packages)
     except ModelError as error:
         return [_as_problem(error, str(path_or_name))]
     return _check(file)
@@ -60,7 +65,7 @@ def check_document(model: str, problems: list[Problem]) -> dict[str, Any]:
 
 
 def _check(file: ModelFile) -> list[Problem]:
-    problems = list(check_urdf(file.root))
+    problems = [*file.warnings, *check_urdf(file.root)]
     if any(problem.severity == "error" for problem in problems):
         # Without a sound tree there is no machine to place, but every element can still be read on its own.
         return _sorted([*problems, *parse_elements(file)[2]])

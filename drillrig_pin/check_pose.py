@@ -10,7 +10,7 @@ from drillrig_pin.assembly import Assembly, assemble_state
 from drillrig_pin.elements.cylinder import ATMOSPHERE, Cylinder
 from drillrig_pin.errors import AssemblyError, Source
 from drillrig_pin.kinematics import Array
-from drillrig_pin.model.urdfcheck import Problem
+from drillrig_pin.model.problem import Problem
 from drillrig_pin.rig import Rig
 from drillrig_pin.statics import find_equilibrium
 from drillrig_pin.workspace import Workspace

@@ -23,7 +23,8 @@ from drillrig_pin.errors import ModelError, ScenarioError, Source, legal_names
 from drillrig_pin.kinematics import Anchor, Array
 from drillrig_pin.model.modelfile import ModelFile, read_model, read_model_text
 from drillrig_pin.model.nodes import Node
-from drillrig_pin.model.urdfcheck import Problem, check_urdf
+from drillrig_pin.model.problem import Problem
+from drillrig_pin.model.urdfcheck import check_urdf
 
 T = TypeVar("T")
 
@@ -163,18 +164,26 @@ class Rig:
         return frame.parentJoint, frame.placement * local
 
 
-def load_rig(path_or_name: str | Path, *, elements: Iterable[Element] = (), **arguments: Any) -> Rig:
+def load_rig(
+    path_or_name: str | Path,
+    *,
+    elements: Iterable[Element] = (),
+    packages: Mapping[str, str | Path] | None = None,
+    **arguments: Any,
+) -> Rig:
     """Load a model file, or a shipped model by name.
 
     Args:
         path_or_name: ``mkz49``, or the path of a ``.xacro`` or ``.urdf`` file.
         elements: further force elements made in Python.
+        packages: folders of packages that the model names as ``$(find NAME)``, by name, where they are not found
+            upwards from the file, in ROS_PACKAGE_PATH or in AMENT_PREFIX_PATH.
         **arguments: xacro arguments, e.g. ``boom_length=2.1``.
 
     Raises:
         ModelError: the first thing wrong with the file; ``drillrig check`` lists all.
     """
-    return build_rig(read_model(path_or_name, arguments), elements)
+    return build_rig(read_model(path_or_name, arguments, packages), elements)
 
 
 def load_rig_text(text: str, name: str = "<text>", *, elements: Iterable[Element] = ()) -> Rig:

@@ -8,7 +8,7 @@ import pytest
 from rigs import CYLINDER, joint, link, mass_on_cylinder, point, robot
 
 from drillrig_pin.check import check_model
-from drillrig_pin.model.urdfcheck import Problem
+from drillrig_pin.model.problem import Problem
 
 
 @pytest.fixture

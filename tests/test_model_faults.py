@@ -229,8 +229,8 @@ def test_lines_are_those_of_the_included_file(tmp_path: Path) -> None:
 
 
 def test_xacro_in_a_plain_urdf_is_told_its_right_name(tmp_path: Path) -> None:
-    (tmp_path / "rig.urdf").write_text(XACRO.format("<link name='a'/>"))
-    with pytest.raises(ModelError, match=r"named \*\.xacro"):
+    (tmp_path / "rig.urdf").write_text(XACRO.format("<link name='a'/>\n<xacro:property name='h' value='1'/>"))
+    with pytest.raises(ModelError, match=r"rig\.urdf:2: <xacro:property> needs xacro.*named \*\.xacro"):
         load_rig(tmp_path / "rig.urdf")
 
 

@@ -42,6 +42,25 @@ ModelSettings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="NAME=VALUE", help="Change one argument: model.ARGUMENT. May be given many times."),
 ]
+
+
+def _remember(packages: list[str] | None) -> list[str] | None:
+    from drillrig_pin.model.packages import remember_packages
+
+    if packages:
+        remember_packages(packages)
+    return packages
+
+
+Packages = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--package",
+        metavar="NAME=DIR",
+        callback=_remember,
+        help="Folder of a package that the model names, as $(find NAME) or package://NAME. May be given many times.",
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document (SI units) instead of text.")]
 
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from drillrig_pin.cli.case import Json, ModelName, ModelSettings, model_arguments
+from drillrig_pin.cli.case import Json, ModelName, ModelSettings, Packages, model_arguments
 from drillrig_pin.cli.output import console, print_json, table
 
 
@@ -15,6 +15,7 @@ def params(
     model: ModelName,
     assumed: Annotated[bool, typer.Option("--assumed", help="Only what no source prints.")] = False,
     settings: ModelSettings = None,
+    packages: Packages = None,
     json: Json = False,
 ) -> None:
     """List the numbers of a model with unit and source.
@@ -68,6 +69,7 @@ def expand(
         Path | None, typer.Option("--output", "-o", metavar="FILE", help="Where to write. Default: to the screen.")
     ] = None,
     settings: ModelSettings = None,
+    packages: Packages = None,
     json: Json = False,
 ) -> None:
     """Write the expanded URDF: one file without xacro that other robotics tools open.

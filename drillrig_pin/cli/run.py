@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from drillrig_pin.cli.case import Json, OptionalModelName, ScenarioName, Settings, read_rig, read_scenario
+from drillrig_pin.cli.case import Json, OptionalModelName, Packages, ScenarioName, Settings, read_rig, read_scenario
 from drillrig_pin.cli.files import require_writable
 from drillrig_pin.cli.guard import INTERRUPTED, STOPPED_EARLY
 from drillrig_pin.cli.output import console, print_json
@@ -26,6 +26,7 @@ def run(
     model: OptionalModelName = None,
     scenario: ScenarioName = None,
     settings: Settings = None,
+    packages: Packages = None,
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Result file (NetCDF-4).")] = Path(
         "run.nc"
     ),

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from drillrig_pin.cli.batch_options import Folder, Over, Quiet, Scheduler, Seed, StudyName, TimeLimit, Workers
-from drillrig_pin.cli.case import Json
+from drillrig_pin.cli.case import Json, Packages
 from drillrig_pin.cli.files import require_folder
 from drillrig_pin.cli.guard import INTERRUPTED
 from drillrig_pin.cli.output import console, print_json
@@ -54,6 +54,7 @@ def sensitivity(
     workers: Workers = None,
     scheduler: Scheduler = None,
     time_limit: TimeLimit = 600.0,
+    packages: Packages = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:

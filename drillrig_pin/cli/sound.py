@@ -11,6 +11,7 @@ from drillrig_pin.cli.case import (
     ModelName,
     ModelSettings,
     OptionalModelName,
+    Packages,
     ScenarioName,
     Settings,
     model_arguments,
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from drillrig_pin.statics import Equilibrium
 
 
-def check(model: ModelName, settings: ModelSettings = None, json: Json = False) -> None:
+def check(model: ModelName, settings: ModelSettings = None, packages: Packages = None, json: Json = False) -> None:
     """List everything wrong or suspicious in a model, with file and line.
 
     Errors keep the model from being used and make the exit code 1; warnings do not.
@@ -59,6 +60,7 @@ def static(
     model: OptionalModelName = None,
     scenario: ScenarioName = None,
     settings: Settings = None,
+    packages: Packages = None,
     json: Json = False,
 ) -> None:
     """Print what the machine carries at rest, before drilling: holding forces, pressures, reactions.

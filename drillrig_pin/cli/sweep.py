@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from drillrig_pin.cli.batch_options import Folder, Keep, Quiet, Scheduler, StudyName, TimeLimit, Workers
-from drillrig_pin.cli.case import Json, ModelSettings, model_arguments
+from drillrig_pin.cli.case import Json, ModelSettings, Packages, model_arguments
 from drillrig_pin.cli.files import require_folder
 from drillrig_pin.cli.guard import FAILED, INTERRUPTED
 from drillrig_pin.cli.output import console, print_json
@@ -25,6 +25,7 @@ def sweep(
     scheduler: Scheduler = None,
     keep: Keep = "none",
     time_limit: TimeLimit = 600.0,
+    packages: Packages = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -59,6 +60,7 @@ def holes(
         Path | None, typer.Option("--output", "-o", metavar="DIR", help="Drill them too, results into this folder.")
     ] = None,
     settings: ModelSettings = None,
+    packages: Packages = None,
     workers: Workers = None,
     scheduler: Scheduler = None,
     keep: Keep = "none",

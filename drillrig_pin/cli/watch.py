@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from drillrig_pin.cli.case import OptionalModelName, ScenarioName, Settings, read_scenario
+from drillrig_pin.cli.case import OptionalModelName, Packages, ScenarioName, Settings, read_scenario
 from drillrig_pin.cli.output import console, plain, table
 from drillrig_pin.cli.show import (
     Exaggerate,
@@ -39,6 +39,7 @@ def watch(
     model: OptionalModelName = None,
     scenario: ScenarioName = None,
     settings: Settings = None,
+    packages: Packages = None,
     exaggerate: Exaggerate = "auto",
     true_scale: TrueScale = False,
     speed: Speed = "auto",

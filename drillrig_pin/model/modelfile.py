@@ -12,8 +12,18 @@ from xml.dom import minidom
 from drillrig_pin.errors import ModelError, legal_names
 from drillrig_pin.files import MODEL_SUFFIXES, shipped_models
 from drillrig_pin.model.beside import NAMED_IN, folders
-from drillrig_pin.model.expand import expand
-from drillrig_pin.model.nodes import MAX_BYTES, Node, parse_bytes, root_element, short_path, take_nodes
+from drillrig_pin.model.expand import expand, refuse_xacro
+from drillrig_pin.model.nodes import (
+    MAX_BYTES,
+    STAMP,
+    Node,
+    parse_bytes,
+    read_stamp,
+    root_element,
+    short_path,
+    take_nodes,
+)
+from drillrig_pin.model.problem import Problem
 
 BLOCK = "drillrig"
 
@@ -52,6 +62,7 @@ class ModelFile:
         arguments: the arguments the user gave.
         declared: all arguments the file takes.
         files: everything it was read from: the file itself, its includes, its tables of numbers.
+        warnings: what was noticed while it was expanded.
     """
 
     name: str
@@ -61,6 +72,7 @@ class ModelFile:
     arguments: dict[str, Any]
     declared: frozenset[str]
     files: tuple[Path, ...] = ()
+    warnings: tuple[Problem, ...] = ()
 
     def elements(self) -> Iterator[Node]:
         """The extension elements of all ``<drillrig>`` blocks, in file order."""
@@ -78,21 +90,51 @@ class ModelFile:
         return table
 
 
-def read_model(path_or_name: str | Path, arguments: Mapping[str, Any] | None = None) -> ModelFile:
+def read_model(
+    path_or_name: str | Path,
+    arguments: Mapping[str, Any] | None = None,
+    packages: Mapping[str, str | Path] | None = None,
+) -> ModelFile:
     """Read a model by path or by the name of a shipped one.
 
+    Args:
+        path_or_name: path of a ``.xacro`` or ``.urdf`` file, or name of a shipped model.
+        arguments: xacro arguments by name.
+        packages: folders of the packages that ``$(find NAME)`` names, by name; others are searched for, see
+            :func:`drillrig_pin.model.packages.find_package`.
+
     Raises:
-        ModelError: no such model, malformed file, unknown argument, unreadable load table.
+        ModelError: no such model, malformed file, unknown argument, unreadable load table, package not found.
     """
     arguments = dict(arguments or {})
     path = find_model(path_or_name)
-    document, declared, files = expand(path, arguments)
-    return _model_file(document, short_path(path), path.parent, arguments, declared, files)
+    expanded = expand(path, arguments, packages)
+    root, text, read = _content(expanded.document, short_path(path), path.parent)
+    return ModelFile(
+        _name(root),
+        short_path(path),
+        text,
+        root,
+        arguments,
+        expanded.declared,
+        (*expanded.files, *read),
+        expanded.warnings,
+    )
 
 
 def read_model_text(text: str, name: str = "<text>", folder: Path | None = None) -> ModelFile:
-    """Read a model from URDF text that needs no xacro, e.g. the one stored in a result file."""
-    return _model_file(parse_bytes(text.encode(), name), name, folder or Path(), {}, frozenset())
+    """Read a model from URDF text that needs no xacro, e.g. the one stored in a result file.
+
+    Without a ``folder`` no file is read: a load table must stand in the text.
+    """
+    document = parse_bytes(text.encode(), name)
+    refuse_xacro(document, "Send what `drillrig expand MODEL` writes.")
+    root, text, read = _content(document, name, folder)
+    return ModelFile(_name(root), name, text, root, {}, frozenset(), tuple(read))
+
+
+def _name(root: Node) -> str:
+    return root.attributes.get("name", "") or "robot"
 
 
 def find_model(path_or_name: str | Path) -> Path:
@@ -114,14 +156,8 @@ def find_model(path_or_name: str | Path) -> Path:
     )
 
 
-def _model_file(
-    document: minidom.Document,
-    path: str,
-    folder: Path,
-    arguments: dict[str, Any],
-    declared: frozenset[str],
-    files: tuple[Path, ...] = (),
-) -> ModelFile:
+def _content(document: minidom.Document, path: str, folder: Path | None) -> tuple[Node, str, list[Path]]:
+    """The expanded model as nodes and as text, and the load tables read along with it."""
     element = root_element(document)
     if element.tagName != "robot":
         raise ModelError(f"the root element is <{element.tagName}>, not <robot>", where=path)
@@ -131,9 +167,7 @@ def _model_file(
     text = '<?xml version="1.0"?>\n' + "\n".join(
         line for line in element.toprettyxml(indent="  ").splitlines() if line.strip()
     )
-    return ModelFile(
-        element.getAttribute("name") or "robot", path, text + "\n", root, arguments, declared, (*files, *read)
-    )
+    return root, text + "\n", read
 
 
 def _drop_comments(element: minidom.Element) -> None:
@@ -145,10 +179,13 @@ def _drop_comments(element: minidom.Element) -> None:
             _drop_comments(child)
 
 
-def _inline(table: minidom.Element, document: minidom.Document, folder: Path) -> Path | None:
-    """Replace a reference to a CSV file by its text, so that the expanded model stands alone; gives that file.
+def _inline(table: minidom.Element, document: minidom.Document, folder: Path | None) -> Path | None:
+    """Put the text of a CSV file into the element that names it, so that the expanded model stands alone.
 
     It is looked for beside the file that names it, then beside the model file.
+
+    Returns:
+        The file, whether it was read now or its text stands there already; None if none is named.
     """
     name = table.getAttribute("file")
     near = folders(table.getAttribute(NAMED_IN)) if table.hasAttribute(NAMED_IN) else ()
@@ -156,6 +193,14 @@ def _inline(table: minidom.Element, document: minidom.Document, folder: Path) ->
         table.removeAttribute(NAMED_IN)
     if not name:
         return None
+    if folder is None:
+        if table.firstChild is not None:
+            return None
+        raise ModelError(
+            f"the load table {name!r} is a file, and this model is read without files",
+            where=read_stamp(table.getAttribute(STAMP)),
+            todo="Write its rows into the <table> element.",
+        )
     places = list(dict.fromkeys([*map(Path, near), folder.absolute()]))
     path = next((path for place in places if os.path.isfile(path := place / name)), places[0] / name)
     if table.firstChild is not None:

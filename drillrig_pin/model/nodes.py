@@ -1,6 +1,6 @@
 """XML that remembers where it came from.
 
-A model is written in several files and expanded by xacro, after which line numbers are gone. Every plain element is
+A model is written in several files and expanded by xacro, after which line numbers are gone. Every element is
 therefore stamped with its file and line while it is parsed; xacro copies the stamp along with the element, and
 :func:`take_nodes` removes it again and keeps it beside the element.
 """
@@ -8,6 +8,7 @@ therefore stamped with its file and line while it is parsed; xacro copies the st
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -60,9 +61,7 @@ class _StampingBuilder(DefusedExpatBuilderNS):  # type: ignore[misc]
                 where=self._file,
                 todo="Such a file is refused because it would exhaust the memory.",
             )
-        element = self.curNode
-        if not element.tagName.startswith("xacro:"):
-            element.setAttribute(STAMP, f"{self._file}:{self.getParser().CurrentLineNumber}")
+        self.curNode.setAttribute(STAMP, f"{self._file}:{self.getParser().CurrentLineNumber}")
 
     def end_element_handler(self, name: str) -> None:
         self._depth -= 1
@@ -87,6 +86,7 @@ def parse_bytes(text: bytes, file: str) -> minidom.Document:
     try:
         document = _StampingBuilder(file).parseString(text)
     except ExpatError as error:
+        _refuse_other_encoding(text, file)
         raise ModelError(f"not well-formed XML ({error})", where=Source(file, error.lineno)) from None
     except DefusedXmlException:
         raise ModelError(
@@ -97,6 +97,26 @@ def parse_bytes(text: bytes, file: str) -> minidom.Document:
     if document.documentElement is None:
         raise ModelError("the file holds no XML element", where=file)
     return document  # type: ignore[no-any-return]
+
+
+def _refuse_other_encoding(text: bytes, file: str) -> None:
+    """Say it in words if a file that cannot be read is not in the encoding it declares, or in none it declares."""
+    if text.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return
+    declared = re.match(rb"\s*<\?xml[^>]*encoding\s*=\s*[\"']([\w.\-]+)", text)
+    encoding = declared[1].decode("ascii", "replace") if declared else "utf-8"
+    try:
+        text.decode(encoding)
+    except UnicodeDecodeError as error:
+        line = text.count(b"\n", 0, error.start) + 1
+        said = f"declares {encoding}" if declared else "declares no encoding, which means UTF-8"
+        raise ModelError(
+            f"not readable as XML: the file {said}, but byte {text[error.start]:#04x} is none of it",
+            where=Source(file, line),
+            todo='Save the file as UTF-8, or let it begin with <?xml version="1.0" encoding="ISO-8859-1"?>.',
+        ) from None
+    except LookupError:
+        return
 
 
 def parse_file(path: str | os.PathLike[str]) -> minidom.Document:
@@ -121,14 +141,19 @@ def short_path(path: str | os.PathLike[str]) -> str:
     return absolute if relative.startswith(os.pardir) else relative
 
 
+def read_stamp(stamp: str) -> Source:
+    """The place a stamp tells."""
+    file, _, line = stamp.rpartition(":")
+    return Source(file, int(line))
+
+
 def take_nodes(element: minidom.Element) -> Node:
     """Turn a stamped DOM element into a :class:`Node`, removing the stamps from the DOM on the way."""
     stamp = element.getAttribute(STAMP)
     source = Source("<model>")
     if stamp:
         element.removeAttribute(STAMP)
-        file, _, line = stamp.rpartition(":")
-        source = Source(file, int(line))
+        source = read_stamp(stamp)
     children = tuple(take_nodes(child) for child in element.childNodes if child.nodeType == child.ELEMENT_NODE)
     text = "".join(child.data for child in element.childNodes if child.nodeType == child.TEXT_NODE).strip()
     return Node(element.tagName, dict(element.attributes.items()), children, text, source)

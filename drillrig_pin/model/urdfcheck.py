@@ -4,31 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from drillrig_pin.errors import Source, legal_names
 from drillrig_pin.model.nodes import Node
+from drillrig_pin.model.problem import Problem
 
 JOINT_TYPES = ("fixed", "revolute", "continuous", "prismatic", "floating")
 #: Elements that URDF readers know below <robot>; anything else is likely a slip.
 ROBOT_CHILDREN = ("link", "joint", "material", "transmission", "gazebo", "mujoco", "drillrig", "ros2_control", "sensor")
 #: Relative slack of the triangle inequality: thin rods meet it with equality up to printed digits.
 TRIANGLE_SLACK = 1e-3
-
-
-@dataclass(frozen=True, slots=True)
-class Problem:
-    """One finding. An error keeps the model from being used; a warning does not."""
-
-    severity: str
-    message: str
-    source: Source
-    advice: str = ""
-
-    def __str__(self) -> str:
-        return f"{self.source}: {self.severity}: {self.message}." + (f" {self.advice}" if self.advice else "")
 
 
 def check_urdf(root: Node) -> Iterator[Problem]:
