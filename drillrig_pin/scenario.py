@@ -34,9 +34,13 @@ class Stabilization(_Part):
     method: Literal["none", "baumgarte", "sliding_mode"] = Field(
         "baumgarte", description="term added to the acceleration constraint"
     )
-    alpha: AutoOrPositive = Field("auto", description="Baumgarte alpha [1/s]; auto: 0.2 / step")
+    alpha: AutoOrPositive = Field(
+        "auto", description="Baumgarte alpha [1/s]; auto: 5 1/s, with RK4 no more than 0.2 / step"
+    )
     beta: AutoOrPositive = Field("auto", description="Baumgarte beta [1/s]; auto: equal to alpha (critical damping)")
-    rate: AutoOrPositive = Field("auto", description="sliding mode: decay rate of f on the surface [1/s]")
+    rate: AutoOrPositive = Field(
+        "auto", description="sliding mode: decay rate of f on the surface [1/s]; auto: as alpha"
+    )
     gain: Positive = Field(1e-3, description="sliding mode: largest correcting acceleration [m/s^2]")
     width: Positive = Field(1e-5, description="sliding mode: half width of the boundary layer [m/s]")
     projection: bool = Field(

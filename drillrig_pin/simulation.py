@@ -28,7 +28,7 @@ from drillrig_pin.methods import engine_of, method_of
 from drillrig_pin.recorder import Recorder
 from drillrig_pin.rig import Rig
 from drillrig_pin.scenario import Scenario
-from drillrig_pin.stabilization import Baumgarte, Correction, NoCorrection, SlidingMode, automatic_rate
+from drillrig_pin.stabilization import Baumgarte, Correction, NoCorrection, SlidingMode, default_rate
 from drillrig_pin.statics import Equilibrium, find_equilibrium
 from drillrig_pin.stepping import Counter, Settings, StoppedError
 from drillrig_pin.trajectory import Trajectory
@@ -207,9 +207,8 @@ def _require_covered(load: Load, duration: float) -> None:
 def correction_of(scenario: Scenario) -> Correction:
     """The stabilising term a scenario asks for, with automatic values filled in."""
     given = scenario.stabilization
-    # The other methods choose their steps; they are rarely longer than a millisecond on a machine that vibrates.
     chosen = scenario.integrator
-    automatic = automatic_rate(chosen.step if chosen.method == "RK4" else min(1.0 / scenario.output_rate, 1e-3))
+    automatic = default_rate(chosen.step if chosen.method == "RK4" else None)
     if given.method == "baumgarte":
         alpha = automatic if given.alpha == "auto" else given.alpha
         return Baumgarte(alpha, alpha if given.beta == "auto" else given.beta)

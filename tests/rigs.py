@@ -199,3 +199,28 @@ def bennett(a: float = 0.5, alpha: float = 0.6, beta: float = 1.1, extension: st
         + '<loop name="last" from="ground" to="end" translations="x y z" rotations="x y"/>\n'
         + extension,
     )
+
+
+def bricard() -> str:
+    """Bricard's linkage along the edges of a cube of 1 m: six hinges, each across its two rods, five rods of 1 kg.
+
+    Problem A04 of the IFToMM library of benchmark problems. Five hinges are joints of the tree; the loop `last` is the
+    sixth, 3 + 2 rows on five dofs, one of them redundant. Gravity along -y.
+    """
+    rods = [(1, 0, 0), (0, -1, 0), (0, 0, 1), (-1, 0, 0), (0, 1, 0)]
+    axes = [(0, 1, 0), (0, 0, 1), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+    parts, last, place = [], "world", (0.0, 0.0, 0.0)
+    for i, (rod, axis) in enumerate(zip(rods, axes, strict=True)):
+        middle = (rod[0] / 2, rod[1] / 2, rod[2] / 2)
+        moments = tuple(0.0 if along else 1 / 12 for along in rod)
+        parts.append(link(f"rod_{i}", 1.0, middle, moments))
+        parts.append(joint(f"h{i}", "revolute", last, f"rod_{i}", place, axis))
+        last, place = f"rod_{i}", rod
+    quarter = 1.5707963267948966
+    return robot(
+        *parts,
+        extension='<gravity xyz="0 -9.81 0"/>'
+        + point("ground", "world", (0, 0, 1), (0, quarter, 0))
+        + point("end", last, (0, 1, 0), (0, quarter, 0))
+        + '<loop name="last" from="ground" to="end" translations="x y z" rotations="x y"/>\n',
+    )
