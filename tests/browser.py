@@ -11,6 +11,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 import pytest
+from processes import PATIENCE
 
 from drillrig_pin.replay.video import find_browser
 
@@ -39,7 +40,7 @@ class Watched:
     def open(self, url: str) -> None:
         """Load a replay and wait until its scene is there."""
         self.page.goto(url)
-        self.page.wait_for_function("window.replay && window.replay.words", timeout=20_000)
+        self.page.wait_for_function("window.replay && window.replay.words", timeout=PATIENCE * 1e3)
 
     def pause_at(self, time: float) -> None:
         """Stop the animation at a time of it [s]."""

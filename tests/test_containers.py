@@ -8,7 +8,6 @@ import shlex
 import socket
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -17,6 +16,7 @@ from typing import Any
 import httpx
 import pytest
 import yaml
+from processes import PATIENCE, wait_for
 
 ROOT = Path(__file__).parent.parent
 BIN = Path(sys.executable).parent
@@ -107,15 +107,12 @@ def free_port() -> int:
         return int(probe.getsockname()[1])
 
 
-def wait_for(port: int, seconds: float = 30.0) -> None:
-    end = time.monotonic() + seconds
-    while True:
-        try:
-            socket.create_connection(("127.0.0.1", port), 1).close()
-            return
-        except OSError:
-            assert time.monotonic() < end, f"nothing listens on port {port}"
-            time.sleep(0.1)
+def listened_to(port: int) -> bool:
+    try:
+        socket.create_connection(("127.0.0.1", port), 1).close()
+    except OSError:
+        return False
+    return True
 
 
 def test_service_scheduler_and_workers_answer_as_compose_starts_them(tmp_path: Path) -> None:
@@ -131,13 +128,13 @@ def test_service_scheduler_and_workers_answer_as_compose_starts_them(tmp_path: P
 
     with ExitStack() as running:
         running.enter_context(process(words("scheduler"), tmp_path))
-        wait_for(int(ports["8786"]))
+        wait_for(lambda: listened_to(int(ports["8786"])))
         for number in range(services["worker"]["deploy"]["replicas"]):
             (tmp_path / str(number)).mkdir()
             running.enter_context(process(words("worker"), tmp_path / str(number)))
         running.enter_context(process(words("service"), tmp_path, DRILLRIG_TOKEN=TOKEN))
-        wait_for(int(ports["8000"]))
-        with httpx.Client(base_url=f"http://127.0.0.1:{ports['8000']}", timeout=30) as client:
+        wait_for(lambda: listened_to(int(ports["8000"])))
+        with httpx.Client(base_url=f"http://127.0.0.1:{ports['8000']}", timeout=PATIENCE) as client:
             assert client.get("/healthz").status_code == 200
             assert client.get("/v1/models").status_code == 401
             client.headers["Authorization"] = f"Bearer {TOKEN}"
@@ -145,9 +142,7 @@ def test_service_scheduler_and_workers_answer_as_compose_starts_them(tmp_path: P
             submitted = client.post("/v1/runs", json=case)
             assert submitted.status_code in (200, 202), submitted.text
             run = submitted.json()["id"]
-            end = time.monotonic() + 60
-            while (state := client.get(f"/v1/runs/{run}").json())["status"] in ("queued", "running"):
-                assert time.monotonic() < end, state
-                time.sleep(0.2)
+            wait_for(lambda: client.get(f"/v1/runs/{run}").json()["status"] not in ("queued", "running"))
+            state = client.get(f"/v1/runs/{run}").json()
             assert state["status"] == "completed", state
             assert len(client.get(f"/v1/runs/{run}/result?format=nc").content) > 10_000

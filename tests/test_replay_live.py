@@ -19,6 +19,7 @@ from typing import Any
 import pytest
 from browser import chromium
 from command import Command
+from processes import PATIENCE
 
 from drillrig_pin import Rig, Scenario, simulate
 
@@ -78,7 +79,7 @@ def test_it_is_seen_in_a_browser_and_takes_little_memory(run: Path) -> None:
             memory = peak_memory(process.pid)
             process.send_signal(signal.SIGINT)
             watched.page.wait_for_function("document.getElementById('banner').textContent.includes('stopped')")
-        assert process.wait(5) == 0
+        assert process.wait(PATIENCE) == 0
     assert memory < MEMORY
 
 
@@ -86,11 +87,11 @@ def test_it_is_seen_in_a_browser_and_takes_little_memory(run: Path) -> None:
 def test_however_it_is_stopped_no_process_stays(run: Path, number: signal.Signals) -> None:
     with replaying(run, "--to", "0.2") as (process, document):
         process.send_signal(number)
-        assert process.wait(5) == 0
+        assert process.wait(PATIENCE) == 0
         with pytest.raises(ProcessLookupError):
             os.killpg(process.pid, 0)
         with pytest.raises(urllib.error.URLError):
-            urllib.request.urlopen(document["url"], timeout=1)
+            urllib.request.urlopen(document["url"], timeout=PATIENCE)
 
 
 def test_a_port_in_use_is_passed_over(run: Path) -> None:
@@ -112,7 +113,7 @@ def test_other_sites_get_nothing_through_a_users_browser(run: Path) -> None:
     with replaying(run, "--to", "0.2") as (_, document):
         request = urllib.request.Request(document["url"] + "scene", headers={"Host": "elsewhere.example"})
         with pytest.raises(urllib.error.HTTPError) as refused:
-            urllib.request.urlopen(request, timeout=5)
+            urllib.request.urlopen(request, timeout=PATIENCE)
         assert refused.value.code == 403
 
 

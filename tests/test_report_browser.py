@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from browser import chromium
 from PIL import Image
+from processes import PATIENCE, wait_for
 from test_ur5 import EXTENSION, POSE, ur5_text
 
 from drillrig_pin import Rig, Scenario, load_rig_text, simulate
@@ -19,7 +20,7 @@ from drillrig_pin.figures.subject import subject_of
 from drillrig_pin.report.content import gather
 from drillrig_pin.report.page import report_page
 
-WAIT = 60_000
+WAIT = PATIENCE * 1e3
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +49,7 @@ class Watched:
         self.page = browser.new_context(**options).new_page()
         self.said: list[str] = []
         self.asked: list[str] = []
-        self.page.set_default_timeout(15_000)
+        self.page.set_default_timeout(WAIT)
         self.page.on("console", lambda message: self.said.append(f"{message.type}: {message.text}"))
         self.page.on("pageerror", lambda error: self.said.append(f"error: {error}"))
         self.page.on("request", lambda request: self.asked.append(request.url))
@@ -96,8 +97,7 @@ def test_the_animation_plays_inside_the_page(watched: Watched) -> None:
     first = frame.screenshot()
     picture = Image.open(BytesIO(first)).convert("L")
     assert len(set(picture.resize((200, 100)).tobytes())) > 20, "the animation is blank"
-    watched.page.wait_for_timeout(1500)
-    assert frame.screenshot() != first, "nothing moves"
+    wait_for(lambda: frame.screenshot() != first)
     assert watched.said == []
 
 

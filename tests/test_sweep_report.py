@@ -14,6 +14,7 @@ import pytest
 import rigs
 from browser import Watched, chromium
 from command import Command
+from processes import PATIENCE
 from test_ur5 import EXTENSION, POSE, ur5_text
 
 from drillrig_pin.analysis.quantities import label_of
@@ -77,7 +78,9 @@ def page(face: Path) -> Iterator[tuple[Watched, Path]]:
     written = write_study_report(face, face / "page.html", animations=True)
     with chromium() as watched:
         watched.page.goto(written.page.as_uri())
-        watched.page.wait_for_function("document.documentElement.dataset.drawn === 'S.across.rms'", timeout=30_000)
+        watched.page.wait_for_function(
+            "document.documentElement.dataset.drawn === 'S.across.rms'", timeout=PATIENCE * 1e3
+        )
         yield watched, written.page
 
 
@@ -309,7 +312,9 @@ def test_the_page_asks_nobody_and_draws_everything(page: tuple[Watched, Path]) -
 def test_another_metric_redraws_and_ranks_anew(page: tuple[Watched, Path]) -> None:
     browser = page[0].page
     browser.select_option("#metric", "lift_cylinder.p_min")
-    browser.wait_for_function("document.documentElement.dataset.drawn === 'lift_cylinder.p_min'", timeout=20_000)
+    browser.wait_for_function(
+        "document.documentElement.dataset.drawn === 'lift_cylinder.p_min'", timeout=PATIENCE * 1e3
+    )
     column = browser.locator("#ranking-table tbody tr td:nth-child(4)").all_inner_texts()
     values = [float(text.replace("−", "-")) for text in column if text != "–"]
     assert values == sorted(values)

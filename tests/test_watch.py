@@ -19,6 +19,7 @@ from typing import Any
 import pytest
 from browser import Watched, chromium
 from command import Command, one_sentence
+from processes import PATIENCE
 
 from drillrig_pin.files import shipped_folder
 
@@ -34,7 +35,7 @@ class Session:
 
     def next(self) -> Any:
         """The next document it prints."""
-        return json.loads(self.printed.get(timeout=15))
+        return json.loads(self.printed.get(timeout=PATIENCE))
 
     def edit(self, name: str, before: str, after: str) -> None:
         """Save a file as editors do: write a new one and rename it onto the old."""
@@ -71,7 +72,7 @@ def session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Session]:
     assert stdout is not None
     threading.Thread(target=lambda: [printed.put(line) for line in stdout], daemon=True).start()
     try:
-        url = json.loads(printed.get(timeout=15))["url"]
+        url = json.loads(printed.get(timeout=PATIENCE))["url"]
         with chromium() as browser:
             browser.open(url)
             found = Session(folder, process, printed, browser)

@@ -66,7 +66,7 @@ class LocalPool:
     local = True
 
     def __init__(self, workers: int | None = None, preload: Sequence[str] = ("drillrig_pin.batch.worker",)) -> None:
-        self._preload = list(preload)
+        self._preload = ["drillrig_pin.batch.orphans", *preload]
         self.workers = workers or len(os.sched_getaffinity(0))
         self._environment = {name: os.environ.get(name) for name in ENVIRONMENT}
         os.environ.update(ENVIRONMENT)

