@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import pinocchio as pin
 
+from drillrig_pin.dependence import RANK, dependence
+from drillrig_pin.dependence import redundant_rows as redundant_rows
 from drillrig_pin.errors import AssemblyError, legal_names
 from drillrig_pin.kinematics import Array
 from drillrig_pin.rig import Rig
@@ -17,8 +19,6 @@ CLOSED = 1e-13
 #: A residual that the iteration cannot lower below this [m or -] means that the constraints contradict each other.
 OPEN = 1e-10
 ITERATIONS = 200
-#: Singular values below this fraction of the largest count as zero when rows are tested for independence.
-RANK = 1e-9
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,9 @@ class Assembly:
         q, v: configuration and velocity with f(q) = 0 and J v = 0.
         targets: value held by every constraint row.
         moved: change of each dof against the nominal configuration [rad or m], by dof name.
-        redundant: names of constraint rows that follow from the others.
+        redundant: names of constraint rows that follow from the others here and nearby.
+        singular: names of rows that follow from the others here alone: a singular position.
+        slowed: change of each velocity against the nominal one [rad/s or m/s], by dof name.
     """
 
     q: Array
@@ -37,6 +39,8 @@ class Assembly:
     targets: Array
     moved: dict[str, float]
     redundant: tuple[str, ...]
+    singular: tuple[str, ...] = ()
+    slowed: dict[str, float] = field(default_factory=dict)
 
 
 def assemble_state(
@@ -75,10 +79,21 @@ def assemble_state(
     space.update(q, zero)
     goal = np.where([target is None for target in wanted], space.x_constraint, goal)
     J = space.J.copy()
-    if len(J):
-        v = v - least_norm(J, J @ v)
-    moved = pin.difference(rig.model, q0, q)
-    return Assembly(q, v, goal, dict(zip(rig.dof_names, moved.tolist(), strict=True)), redundant_rows(J, names))
+    slowed = -least_norm(J, J @ v) if len(J) and v.any() else zero
+    found = dependence(rig, space, q, goal)
+    return Assembly(
+        q,
+        v + slowed,
+        goal,
+        _by_dof(rig, pin.difference(rig.model, q0, q)),
+        found.redundant,
+        found.singular,
+        _by_dof(rig, slowed),
+    )
+
+
+def _by_dof(rig: Rig, values: Array) -> dict[str, float]:
+    return dict(zip(rig.dof_names, values.tolist(), strict=True))
 
 
 def least_norm(A: Array, b: Array) -> Array:
@@ -126,20 +141,3 @@ def _close(rig: Rig, space: Workspace, q0: Array, which: Array, goal: Array) -> 
         where=rig.file.path,
         todo="Move its target or points within reach, or start from another pose.",
     )
-
-
-def redundant_rows(J: Array, names: list[str]) -> tuple[str, ...]:
-    """Names of rows of J (m, nv) that depend on the rows before them (Gram-Schmidt with the tolerance ``RANK``)."""
-    basis: list[Array] = []
-    redundant = []
-    for row, name in zip(J, names, strict=True):
-        rest = row.copy()
-        for _ in range(2):
-            for unit in basis:
-                rest -= (unit @ rest) * unit
-        length = float(np.linalg.norm(rest))
-        if length <= RANK * max(float(np.linalg.norm(row)), 1e-300) or not row.any():
-            redundant.append(name)
-        else:
-            basis.append(rest / length)
-    return tuple(redundant)

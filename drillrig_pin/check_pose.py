@@ -7,12 +7,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from drillrig_pin.assembly import Assembly, assemble_state
+from drillrig_pin.dependence import singular_words
 from drillrig_pin.elements.cylinder import ATMOSPHERE, Cylinder
 from drillrig_pin.errors import AssemblyError, Source
 from drillrig_pin.kinematics import Array
 from drillrig_pin.model.problem import Problem
 from drillrig_pin.rig import Rig
 from drillrig_pin.statics import find_equilibrium
+from drillrig_pin.words import listed
 from drillrig_pin.workspace import Workspace
 
 #: Share of its stroke a cylinder should have to spare at both ends.
@@ -27,6 +29,10 @@ COINCIDENT = 1e-6
 GAS_RELEASE = 1e5
 #: Unbalanced static forces below this [N or N m] are rounding.
 BALANCED = 1e-6
+SINGULAR_ADVICE = (
+    "The machine cannot move there, or may go on in more than one way; a run that starts there stops at once. "
+    "Start from another pose, hold fewer axes, or pass it with scenario.formulation=damped."
+)
 
 
 def check_pose(rig: Rig, pose: str | None, *, statics: bool = True) -> list[Problem]:
@@ -42,9 +48,9 @@ def check_pose(rig: Rig, pose: str | None, *, statics: bool = True) -> list[Prob
             what = error.what if isinstance(error, AssemblyError) else "the constraints cannot be evaluated"
             todo = error.todo if isinstance(error, AssemblyError) else ""
             return [*problems, Problem("error", f"{label}: {what}", where, todo)]
-        problems += _redundant(rig, assembly, label)
+        problems += _dependent(rig, assembly, label, where, named=pose is not None)
         problems += _cylinders(rig, assembly.q, label)
-        if statics and not any(problem.severity == "error" for problem in problems):
+        if statics and not assembly.singular and not any(problem.severity == "error" for problem in problems):
             try:
                 problems += _statics(rig, assembly, label, where)
             except AssemblyError as error:
@@ -68,16 +74,24 @@ def _limits(rig: Rig, q: Array, label: str, where: Source) -> Iterator[Problem]:
             )
 
 
-def _redundant(rig: Rig, assembly: Assembly, label: str) -> Iterator[Problem]:
-    by_constraint: dict[str, list[str]] = {}
-    for row in assembly.redundant:
-        by_constraint.setdefault(row.rpartition(".")[0], []).append(row)
-    for name, rows in by_constraint.items():
+def _dependent(rig: Rig, assembly: Assembly, label: str, where: Source, *, named: bool) -> Iterator[Problem]:
+    if assembly.redundant:
+        constraints = dict.fromkeys(row.rpartition(".")[0] for row in assembly.redundant)
+        many = f" of {len(constraints)} constraints" if len(constraints) > 1 else ""
+        # Without the pose: what holds all along the motion is one finding for all poses.
         yield Problem(
             "warning",
-            f"{label}: redundant constraint {', '.join(map(repr, rows))}: it follows from the rows before it",
-            rig.sources.get(name, Source(rig.file.path)),
+            f"redundant constraint rows {listed(assembly.redundant)}{many}: each follows from the rows before it",
+            rig.sources.get(next(iter(constraints)), Source(rig.file.path)),
             "The motion is right; how the reaction is shared among dependent rows is a least-norm choice.",
+        )
+    if assembly.singular:
+        # A scenario may start a machine without named poses anywhere.
+        yield Problem(
+            "error" if named else "warning",
+            f"{label} is a singular position: {singular_words(assembly.singular)}",
+            where if named else rig.sources.get(assembly.singular[0].rpartition(".")[0], where),
+            SINGULAR_ADVICE,
         )
 
 

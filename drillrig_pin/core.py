@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drillrig_pin.assembly import RANK
 from drillrig_pin.coordinates import Angle, CoordinateSet, Line, Slide, Turn
+from drillrig_pin.dependence import RANK
 from drillrig_pin.dynamics import Dynamics
 from drillrig_pin.elements.base import Element, Law
 from drillrig_pin.elements.contact import BilateralContact, UnilateralContact

@@ -99,7 +99,7 @@ class Dynamics:
         self.groups = self._group()
         self.targets = equilibrium.assembly.targets
         # Counted once: a step off the constraints may make redundant rows seem independent, RankWatch sees real losses.
-        self.rank = self.space.m - len(equilibrium.assembly.redundant)
+        self.rank = self.space.m - len(equilibrium.assembly.redundant) - len(equilibrium.assembly.singular)
         self.redundant = self.rank < self.space.m
         self.F = np.zeros(len(self.forces))
         self.x = self.space.x

@@ -137,7 +137,7 @@ class Status(Enum):
     )
     SINGULAR = (
         "singular configuration",
-        "the constraints lost rank during the motion",
+        "the constraints lose rank: the machine is stuck there, or may go on in more than one way",
         "Look at the named rows; another pose or fewer held axes avoids it.",
     )
 

@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from drillrig_pin.assembly import RANK
+from drillrig_pin.dependence import RANK
 from drillrig_pin.dynamics import WEAK, Dynamics
 from drillrig_pin.elements.cylinder import Cylinder
 from drillrig_pin.errors import SingularConfigurationError, Status

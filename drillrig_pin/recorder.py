@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from drillrig_pin.arrays import Arrays
+from drillrig_pin.dependence import singular_words
 from drillrig_pin.dynamics import Dynamics, ForceGroup
 from drillrig_pin.elements.cylinder import Cylinder, LockedOil
 from drillrig_pin.errors import Outcome
@@ -15,6 +16,9 @@ from drillrig_pin.kinematics import Array
 from drillrig_pin.scenario import Scenario
 from drillrig_pin.statics import Equilibrium
 from drillrig_pin.trajectory import Trajectory
+
+#: A change of the initial velocity [rad/s, m/s] that is more than rounding.
+NOTICED = 1e-9
 
 
 class Recorder:
@@ -160,8 +164,19 @@ def _notes(equilibrium: Equilibrium) -> list[str]:
     moved = {name: value for name, value in assembly.moved.items() if abs(value) > 1e-9}
     if moved:
         notes.append("assembly moved " + ", ".join(f"{name} by {value:+.4g}" for name, value in moved.items()))
+    slowed = [
+        f"{name} {v - change:.4g} -> {0.0 if abs(v) < NOTICED else v:.4g}"
+        for (name, change), v in zip(assembly.slowed.items(), assembly.v.tolist(), strict=False)
+        if abs(change) > NOTICED
+    ]
+    if slowed:
+        notes.append(
+            f"initial velocity changed by the least that the constraints allow [rad/s or m/s]: {', '.join(slowed)}"
+        )
     if assembly.redundant:
         notes.append("redundant constraint rows, solved with least norm: " + ", ".join(assembly.redundant))
-    if not equilibrium.at_rest:
+    if assembly.singular:
+        notes.append(f"the start is a singular position: {singular_words(assembly.singular)}")
+    elif not equilibrium.at_rest:
         notes.append("the machine does not rest at its initial state: some dofs are carried by nothing")
     return notes

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from drillrig_pin.assembly import assemble_state
+from drillrig_pin.dependence import singular_words
 from drillrig_pin.dynamics import Dynamics
 from drillrig_pin.elements.cylinder import Cylinder
 from drillrig_pin.elements.loads import Load
@@ -116,7 +117,13 @@ class Case:
     def _outcome(self, recorder: Recorder, counter: Counter, progress: Progress | None) -> Outcome:
         dynamics = self.dynamics
         status, cause = Status.COMPLETED, ""
+        singular = dynamics.equilibrium.assembly.singular
         try:
+            if singular and dynamics.formulation != "damped":
+                # The start itself is known; the equations do not say how it goes on.
+                dynamics.rate(0.0, dynamics.initial())
+                recorder.record(0.0, dynamics.initial())
+                return Outcome(Status.SINGULAR, 0.0, 0, f"already at the start: {singular_words(singular)}")
             self._march(self._settings, self._samples, recorder, counter, progress)
         except StoppedError as stopped:
             status, cause = stopped.status, stopped.cause

@@ -100,6 +100,12 @@ def in_one_unit(values: Sequence[float | None], unit: str) -> list[str]:
     return ["–" if value is None else f"{value * factor:.6g} {name}".rstrip() for value in values]
 
 
+def listed(names: Sequence[str], most: int = 8) -> str:
+    """Names in quotes; of a long list the first few and how many more there are."""
+    shown = ", ".join(map(repr, names[:most]))
+    return shown if len(names) <= most else f"{shown} and {len(names) - most} more"
+
+
 def measure_name(name: str) -> str:
     """A limit's name in words: ``toe_6m`` is the toe offset at 6 m."""
     words = {"angle": "Angle error of the feed", "collar": "Collar offset", "shake": "Vibration across the hole"}

@@ -23,6 +23,7 @@ LAYERS: list[tuple[str, ...]] = [
     ("declarations", "constraints"),
     ("rig", "grammar"),
     ("workspace",),
+    ("dependence",),
     ("assembly",),
     ("statics", "stabilization"),
     ("dynamics", "scenario", "stepping"),

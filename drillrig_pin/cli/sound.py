@@ -84,6 +84,7 @@ def static(
                 "q": dict(zip(rig.coordinate_names, rest.assembly.q.tolist(), strict=True)),
                 "moved_by_assembly": rest.assembly.moved,
                 "redundant": list(rest.assembly.redundant),
+                "singular": list(rest.assembly.singular),
                 "cylinders": cylinders,
                 "elements": {name: {"held": force, "coordinate": rest.x0[name]} for name, force in _others(rig, rest)},
                 "reactions": dict(zip(units, rest.reaction.tolist(), strict=True)),
@@ -154,6 +155,8 @@ def _others(rig: Rig, rest: Equilibrium) -> list[tuple[str, float]]:
 
 
 def _moved(rest: Equilibrium) -> list[str]:
+    from drillrig_pin.dependence import singular_words
+
     moved = {name: value for name, value in rest.assembly.moved.items() if abs(value) > 1e-9}
     lines = []
     if moved:
@@ -161,4 +164,7 @@ def _moved(rest: Equilibrium) -> list[str]:
         lines.append(f"Assembly moved the pose onto its constraints [rad or m]: {words}.")
     if rest.assembly.redundant:
         lines.append(f"Redundant constraint rows: {', '.join(rest.assembly.redundant)}.")
+    if rest.assembly.singular:
+        words = singular_words(rest.assembly.singular)
+        lines.append(f"Singular position: {words}. Reactions are one choice of many.")
     return lines
