@@ -77,11 +77,21 @@ def _check_rig(file: ModelFile) -> list[Problem]:
         rig, problems = assemble_rig(file)
     except ModelError as error:
         return [_as_problem(error, file.path)]
-    problems = [*problems, *_same_body(rig)]
+    problems = [*problems, *_same_body(rig), *_doubtful(rig)]
     sound = not any(problem.severity == "error" for problem in problems)
     for pose in rig.poses or [None]:
         problems += check_pose(rig, pose, statics=sound)
     return problems
+
+
+def _doubtful(rig: Rig) -> list[Problem]:
+    """What elements decided when they were read, where that is doubtful."""
+    return [
+        Problem("warning", remark.text, rig.sources.get(element.name, Source(rig.file.path)), remark.advice)
+        for element in rig.forces
+        for remark in element.remarks()
+        if remark.advice
+    ]
 
 
 def _same_body(rig: Rig) -> list[Problem]:

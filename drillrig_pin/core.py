@@ -58,7 +58,7 @@ KINDS: dict[type[Law], tuple[int, tuple[str, ...]]] = {
     BilateralContact: (4, ("x0", "N0", "c", "k")),
     UnilateralContact: (5, ("x0", "N0", "c", "k")),
     HarmonicLaw: (6, ("mean", "ramp")),
-    TableLaw: (7, ()),
+    TableLaw: (7, ("ramp",)),
 }
 CALLBACK = 8
 
@@ -146,7 +146,7 @@ class CompiledDynamics:
 
         Ctrl-C and errors of a callback stop the run within about 50 ms; what was computed stays in the arrays.
         """
-        stops, kept, breaks = stops_of(samples, self.dynamics.breakpoints())
+        stops = stops_of(samples, self.dynamics.breakpoints(), self.dynamics.jumps())
         error, status, *rest = self.rig.run(
             y0=y0,
             method=CORE_METHODS.index(settings.method),
@@ -155,9 +155,11 @@ class CompiledDynamics:
             atol=settings.atol,
             max_step=settings.max_step if np.isfinite(settings.max_step) else 0.0,
             projection=settings.projection,
-            stops=stops,
-            kept=kept.astype(np.uint8),
-            breaks=breaks.astype(np.uint8),
+            stops=stops.time,
+            ends=stops.ends,
+            starts=stops.starts,
+            kept=stops.samples.astype(np.uint8),
+            breaks=stops.breaks.astype(np.uint8),
             arrays=arrays,
             law=self._callback,
             switches=self._switches,
@@ -199,8 +201,9 @@ class _Laws:
                 count = len(law.amplitude)
                 self.series += np.column_stack([law.amplitude, law.frequency, law.phase]).ravel().tolist()
             elif isinstance(law, TableLaw):
-                count = len(law.time)
-                self.series += law.knots().ravel().tolist()
+                knots = law.knots()
+                count = len(knots)
+                self.series += knots.ravel().tolist()
             elif kind == CALLBACK:
                 switches = law.switches(np.zeros(1), np.zeros(1))
                 count = 0 if switches is None else np.size(switches)

@@ -234,6 +234,10 @@ class Dynamics:
         """Times at which some law is not smooth."""
         return np.unique(np.concatenate([np.zeros(0), *(group.law.breakpoints() for group in self.groups)]))
 
+    def jumps(self) -> Array:
+        """Those of them at which a force may jump."""
+        return np.unique(np.concatenate([np.zeros(0), *(group.law.jumps() for group in self.groups)]))
+
 
 def solve_multipliers(equations: Equations, workspace: Array | None = None) -> tuple[Array, Array]:
     """The saddle-point system [[M, -J^T], [J, 0]] [a; lambda] = [p1; p2], eq. (57).

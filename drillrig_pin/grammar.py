@@ -61,7 +61,7 @@ def _section(cls: type[BaseModel]) -> str:
 def _range(field: Any) -> str:
     words = [a for a in _literals(field.annotation) if isinstance(a, str)]
     if words:
-        return ", ".join(f"`{word}`" for word in words) + (" or a number" if words == ["initial"] else "")
+        return ", ".join(f"`{word}`" for word in words) + (" or a number" if words in (["initial"], ["auto"]) else "")
     signs = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<"}
     bounds = [f"{sign} {getattr(m, key):g}" for m in field.metadata for key, sign in signs.items() if hasattr(m, key)]
     return ", ".join(bounds)

@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 
 from drillrig_pin.errors import Status
 from drillrig_pin.kinematics import Array
-from drillrig_pin.stepping import Counter, Settings, StoppedError, stops_of
+from drillrig_pin.stepping import Counter, Settings, StoppedError, Stops
 
 #: Points inside a step at which switching functions are looked at, as fractions: a short contact is not missed.
 LOOKS = (0.25, 0.5, 0.75, 1.0)
@@ -73,35 +73,32 @@ class RK4(OdeSolver):  # type: ignore[misc]
 
 
 def integrate(
-    system: System, y0: Array, samples: Array, breakpoints: Array, settings: Settings, counter: Counter
+    system: System, y0: Array, stops: Stops, settings: Settings, counter: Counter
 ) -> Iterator[tuple[float, Array]]:
-    """Yield (t, y) at every sample; ``system.rate(t, y)`` was then the last thing evaluated.
+    """Yield (t, y) at every sample; ``system.rate(t, y)`` was then the last thing evaluated, behind any jump.
 
     Args:
         system: right-hand side, projection, switches.
-        y0: state at ``samples[0]``.
-        samples: increasing times.
-        breakpoints: further times at which a step must end.
+        y0: state at the first stop.
+        stops: samples and further times at which a step must end.
         settings: method and tolerances.
         counter: counts accepted steps and evaluations.
 
     Raises:
         StoppedError: tolerance not reachable, or the state is no longer finite.
     """
-    system.rate(samples[0], y0)
-    yield float(samples[0]), y0
-    inner = breakpoints[(breakpoints > samples[0]) & (breakpoints < samples[-1])]
-    if settings.method == "LSODA":
-        yield from _multistep(system, y0, samples, inner, settings, counter)
-    else:
-        yield from _one_step(system, y0, samples, inner, settings, counter)
+    start = float(stops.time[0])
+    system.rate(start, y0)
+    yield start, y0
+    march = _multistep if settings.method == "LSODA" else _one_step
+    yield from march(system, y0, stops, settings, counter)
 
 
 def _solver(system: System, t: float, y: Array, bound: float, settings: Settings, first: float | None = None) -> Any:
     if settings.method == "RK4":
         return RK4(system.rate, t, y, bound, step=settings.step)
     cls = {"DOP853": DOP853, "Radau": Radau, "LSODA": LSODA}[settings.method]
-    first = None if first is None else min(first, bound - t)
+    first = None if first is None or bound <= t else min(first, bound - t)
     return cls(
         system.rate, t, y, bound, rtol=settings.rtol, atol=settings.atol, max_step=settings.max_step, first_step=first
     )
@@ -126,13 +123,12 @@ def _advance(solver: Any, counter: Counter) -> None:
 
 
 def _one_step(
-    system: System, y0: Array, samples: Array, inner: Array, settings: Settings, counter: Counter
+    system: System, y0: Array, stops: Stops, settings: Settings, counter: Counter
 ) -> Iterator[tuple[float, Array]]:
-    stops, is_sample, _ = stops_of(samples, inner)
     watch = _Watch(system, y0)
-    solver = _solver(system, float(stops[0]), y0, float(stops[1]), settings)
-    for stop, sampled in zip(stops[1:].tolist(), is_sample[1:].tolist(), strict=True):
-        solver.t_bound, solver.status = stop, "running"
+    solver = _solver(system, float(stops.time[0]), y0, float(stops.ends[1]), settings)
+    for time, stop, start, sampled in _each(stops):
+        solver.t_bound, solver.status = stop, "running" if solver.t < stop else "finished"
         while solver.status == "running":
             t_old, y_old = solver.t, solver.y
             _advance(solver, counter)
@@ -151,20 +147,28 @@ def _one_step(
                 solver.y = system.project(solver.y)
                 solver.f = system.rate(solver.t, solver.y)
                 counter.evaluations += 1
+        if start > stop:
+            # The length of the last step is a good first guess behind a jump, and is tried like any other.
+            first, last = getattr(solver, "h_abs", None), stops.ends[-1]
+            solver = _solver(system, start, solver.y, max(last, start), settings, first=first)
         if sampled:
-            if settings.method == "Radau" or watch.active:
+            if settings.method == "Radau" or watch.active or start > stop:
                 system.rate(solver.t, solver.y)
-            yield float(solver.t), solver.y
+            yield time, solver.y
 
 
 def _multistep(
-    system: System, y0: Array, samples: Array, inner: Array, settings: Settings, counter: Counter
+    system: System, y0: Array, stops: Stops, settings: Settings, counter: Counter
 ) -> Iterator[tuple[float, Array]]:
     watch = _Watch(system, y0)
+    samples = stops.time[stops.samples]
     t, y, next_sample = float(samples[0]), y0, 1
-    for bound in [*inner.tolist(), float(samples[-1])]:
+    # Samples lie on the interpolant: only a break ends its steps.
+    ends = stops.breaks.copy()
+    ends[-1] = True
+    for bound, start in zip(stops.ends[1:][ends[1:]].tolist(), stops.starts[1:][ends[1:]].tolist(), strict=True):
         solver = _solver(system, t, y, bound, settings)
-        while solver.status == "running":
+        while solver.status == "running" and solver.t < bound:
             t_old = solver.t
             _advance(solver, counter)
             curve, end = solver.dense_output(), solver.t
@@ -182,7 +186,17 @@ def _multistep(
                 solver = _solver(system, event, curve(event), bound, settings)
                 watch.settle()
                 counter.switches += 1
-        t, y = float(solver.t), solver.y
+        t, y = (start if start > bound else float(solver.t)), solver.y
+        if start > bound and next_sample < len(samples) and samples[next_sample] <= start:
+            system.rate(t, y)
+            yield float(samples[next_sample]), y
+            next_sample += 1
+
+
+def _each(stops: Stops) -> Iterator[tuple[float, float, float, bool]]:
+    """Time, end, start and whether it is a sample, of every stop but the first."""
+    columns = (stops.time, stops.ends, stops.starts, stops.samples)
+    return zip(*(column[1:].tolist() for column in columns), strict=True)
 
 
 class _Watch:

@@ -14,7 +14,7 @@ from drillrig_pin.elements.cylinder import Cylinder
 from drillrig_pin.errors import SingularConfigurationError, Status
 from drillrig_pin.kinematics import Array
 from drillrig_pin.recorder import Recorder
-from drillrig_pin.stepping import Counter, Settings, StoppedError
+from drillrig_pin.stepping import Counter, Settings, StoppedError, stops_of
 
 Progress = Callable[[float], None]
 #: Integrates over the samples into the recorder; StoppedError if it cannot go on.
@@ -35,7 +35,8 @@ def march_python(dynamics: Dynamics) -> tuple[March, Rates]:
         watch = RankWatch() if dynamics.formulation != "damped" else None
         every = max(1, len(samples) // 200)
         with np.errstate(all="ignore"):
-            for t, y in integrate(dynamics, dynamics.initial(), samples, dynamics.breakpoints(), settings, counter):
+            stops = stops_of(samples, dynamics.breakpoints(), dynamics.jumps())
+            for t, y in integrate(dynamics, dynamics.initial(), stops, settings, counter):
                 broken = broken_cylinder(dynamics)
                 if broken:
                     raise StoppedError(Status.DIVERGED, t, broken, y)

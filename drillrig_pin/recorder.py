@@ -115,7 +115,8 @@ class Recorder:
             "point": rig.tracked,
             "load": [forces[i].name for i in loads],
         }
-        notes = tuple(_notes(dynamics.equilibrium))
+        remarks = (remark.text for element in forces for remark in element.remarks())
+        notes = (*_notes(dynamics.equilibrium), *remarks)
         added = tuple(repr(element) for element in forces if element.name not in rig.sources)
         file = rig.file
         origin = (file.text, dict(file.arguments), cost, notes, added, self.engine, self.method)

@@ -207,8 +207,21 @@ def _require_covered(load: Load, duration: float) -> None:
         raise ScenarioError(
             f"load {load.name!r} is known from {load.start_of_table():g} to {load.end_of_table():g} s, "
             f"the run lasts from 0 to {duration:g} s",
-            todo="Shorten scenario.duration or lengthen the table.",
+            todo=_to_cover(load, duration),
         )
+
+
+def _to_cover(load: Load, duration: float) -> str:
+    """What to write so that a table covers a run."""
+    start, end = load.start_of_table(), load.end_of_table()
+    if start > 0 and end - start >= duration:
+        return f'Write time_offset="auto" in its <table> to start it at t = 0, or time_offset="{-start!r}".'
+    if start > 0:
+        return (
+            'Write time_offset="auto" in its <table> to start it at t = 0, '
+            f"and set scenario.duration to {end - start:g} s at most."
+        )
+    return f"Shorten scenario.duration or lengthen the table: add a row at {duration:g} s."
 
 
 def correction_of(scenario: Scenario) -> Correction:

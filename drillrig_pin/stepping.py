@@ -42,19 +42,50 @@ class Counter:
 
 Flags = npt.NDArray[np.bool_]
 
+#: A step ends this many roundings before a jump of a force, and the next begins as many behind it.
+ROUNDINGS = 4
 
-def stops_of(samples: Array, breakpoints: Array) -> tuple[Array, Flags, Flags]:
-    """Times at which a step must end, which of them are samples, and behind which some law goes on otherwise.
+
+@dataclass(frozen=True)
+class Stops:
+    """Times at which a step must end, in order; all arrays are one entry a stop.
+
+    Attributes:
+        time: the stops [s].
+        ends: where the step ends; at a jump of a force just before it, so that no stage sees the value behind.
+        starts: where the next one begins; at a jump just behind it, so that none sees the value before.
+        samples: which of them are samples.
+        breaks: behind which of them some law goes on otherwise.
+    """
+
+    time: Array
+    ends: Array
+    starts: Array
+    samples: Flags
+    breaks: Flags
+
+
+def stops_of(samples: Array, breakpoints: Array, jumps: Array) -> Stops:
+    """Where the steps of a run end: at its samples and at the breakpoints of its laws, of which some are jumps.
 
     A breakpoint that all but coincides with a sample is taken for the sample: it would leave a step of rounding size.
+    A jump counts at the last sample too.
     """
-    inner = breakpoints[(breakpoints > samples[0]) & (breakpoints < samples[-1])]
-    behind = np.searchsorted(samples, inner)
-    distance = np.minimum(samples[behind] - inner, inner - samples[behind - 1])
+    within = (breakpoints > samples[0]) & (breakpoints < samples[-1])
+    inner = breakpoints[within | (np.isin(breakpoints, jumps) & (np.abs(breakpoints - samples[-1]) <= 1e-12))]
+    behind = np.minimum(np.searchsorted(samples, inner), len(samples) - 1)
+    distance = np.minimum(np.abs(samples[behind] - inner), inner - samples[behind - 1])
     apart = distance > 1e-12
     stops = np.concatenate([samples, inner[apart]])
     breaks = np.arange(len(stops)) >= len(samples)
     close = behind[~apart]
-    breaks[np.where(samples[close] - inner[~apart] <= 1e-12, close, close - 1)] = True
+    taken = np.where(np.abs(samples[close] - inner[~apart]) <= 1e-12, close, close - 1)
+    breaks[taken] = True
+    ends, starts, jumping = stops.copy(), stops.copy(), set(jumps.tolist())
+    for at, when in [*zip(taken, inner[~apart], strict=True), *enumerate(inner[apart], len(samples))]:
+        if float(when) in jumping:
+            margin = ROUNDINGS * np.spacing(max(when, stops[at]))
+            ends[at] = min(ends[at], when - margin)
+            starts[at] = max(starts[at], when + margin)
     order = np.argsort(stops, kind="stable")
-    return stops[order], order < len(samples), breaks[order]
+    return Stops(stops[order], ends[order], starts[order], order < len(samples), breaks[order])

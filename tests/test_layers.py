@@ -13,9 +13,9 @@ ROOT = Path(drillrig_pin.__file__).parent
 
 #: Lowest first. Files within one entry may import each other; an entry ending in a dot is a folder.
 LAYERS: list[tuple[str, ...]] = [
-    ("errors", "_drillrig", "words"),
+    ("errors", "_drillrig", "words", "units"),
     ("files",),
-    ("model.", "yamlfile"),
+    ("model.", "yamlfile", "series"),
     ("storage", "kinematics"),
     ("arrays",),
     ("coordinates",),

@@ -32,7 +32,7 @@ def model(folder: Path, table: str | bytes | None, attribute: str = 'file="load.
         (GOOD.replace("0.3,3", "0.3,three"), ("line 5", "three")),
         (GOOD.replace("0.3,3", "0.3,nan"), ("line 5", "not finite")),
         (GOOD.replace("0.3,3", "inf,3"), ("line 5", "not finite")),
-        (GOOD.replace("0.3,3", "0.2,3"), ("line 5", "does not increase")),
+        (GOOD.replace("0.3,3", "0.2,3\n0.2,4"), ("line 6", "does not increase", "third row at one time")),
         (GOOD.replace("0.3,3", "0.1,3"), ("line 5", "does not increase")),
         (GOOD + "\n3.0,1\n3.1,1", ("gap from t = 1 to 3 s",)),
         ("time,force\n0,1\n1,2\n2,3", ("fewer than four",)),

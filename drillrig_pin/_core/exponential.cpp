@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 namespace drillrig {
 
@@ -114,6 +115,7 @@ void ExponentialAdams::set_order(int order) {
 }
 
 void ExponentialAdams::forget() {
+  reached_ = std::numeric_limits<double>::quiet_NaN();
   states_.clear();
   rates_.clear();
   remainders_.clear();
@@ -254,13 +256,15 @@ void ExponentialAdams::error(VectorXd& out) {
   out.segment(first_, rows_) = ((order_ == P ? kLeftOut : kLeftOutLow) * h_) * g_;
 }
 
-void ExponentialAdams::step(double t, const double* y, double* y_new) {
+void ExponentialAdams::step(double t, const double* y, double* y_new, double bound) {
   Map<VectorXd> out(y_new, n_);
   out.noalias() = phi_[0] * Map<const VectorXd>(y, n_);
   out.noalias() += B_.leftCols(rows_ * order_) * Map<const VectorXd>(remainders_.column(0), rows_ * order_);
   if (known_ == 0) return;
   std::memcpy(ahead_.data(), forces_.column(0), sizeof(double) * known_);
-  for (int k = 1; k < kInside; ++k) dynamics_.known_forces(t + kPoint[k] * h_, ahead_.data() + known_ * k);
+  // Nothing behind the bound is looked at: a force may jump there.
+  for (int k = 1; k < kInside; ++k)
+    dynamics_.known_forces(std::min(t + kPoint[k] * h_, bound), ahead_.data() + known_ * k);
   reached_ = t + h_;
   out.noalias() += C_ * ahead_;
 }

@@ -61,7 +61,7 @@ class ExponentialAdams {
   // Local error of the step ahead, by component of (q, v).
   void error(Eigen::VectorXd& out);
   // q and v of the step ahead of t; its work follows from the rate at its end.
-  void step(double t, const double* y, double* y_new);
+  void step(double t, const double* y, double* y_new, double bound);
   void work(const double* y, const double* f_new, double* y_new) const;
   long take_evaluations();
 

@@ -17,23 +17,24 @@ double oil(const double* p, double x, double x_dot, bool printed) {
   return p_A * S_A - p_B * S_B - k * x_dot;
 }
 
+// From 0 to 1 without a jerk at either end.
+double ramp(double s) { return s * s * s * (10.0 + s * (6.0 * s - 15.0)); }
+
 double harmonic(const Law& law, const double* series, double t) {
   double sum = 0.0;
   for (int i = 0; i < law.count; ++i) {
     const double* term = series + law.first + 3 * i;
     sum += term[0] * std::sin((kTwoPi * t) * term[1] + term[2]);
   }
-  const double value = law.p[0] + sum, ramp = law.p[1];
-  if (t >= ramp) return value;
-  const double s = t / ramp;
-  return (s * s * s * (10.0 + s * (6.0 * s - 15.0))) * value;
+  const double value = law.p[0] + sum;
+  return t < law.p[1] ? ramp(t / law.p[1]) * value : value;
 }
 
 // Rows of five: knot time and coefficients of d^3, d^2, d, 1 with d the time since the knot; the last row ends the table.
-double table(const Law& law, const double* series, double t) {
+double table(const Law& law, const double* series, double at) {
   const double* rows = series + law.first;
   const int n = law.count;
-  t = std::min(std::max(t, rows[0]), rows[5 * (n - 1)]);
+  const double t = std::min(std::max(at, rows[0]), rows[5 * (n - 1)]);
   int low = 0, high = n - 1;
   while (high - low > 1) {
     const int middle = (low + high) / 2;
@@ -41,7 +42,8 @@ double table(const Law& law, const double* series, double t) {
   }
   const double* row = rows + 5 * low;
   const double d = t - row[0];
-  return ((row[1] * d + row[2]) * d + row[3]) * d + row[4];
+  const double value = ((row[1] * d + row[2]) * d + row[3]) * d + row[4];
+  return at < law.p[0] ? ramp(at / law.p[0]) * value : value;
 }
 
 double depth_of(const double* p, double x) { return x - p[0] + p[1] / p[2]; }

@@ -13,7 +13,7 @@ enum class LawKind : int {
   bilateral_contact,      // x0 N0 c k
   unilateral_contact,     // x0 N0 c k
   harmonic,               // mean ramp, then terms in `series`: amplitude frequency phase
-  table,                  // knots in `series`: t, then four coefficients of the cubic behind it
+  table,                  // ramp, then knots in `series`: t, then four coefficients of the cubic behind it
   callback,               // a law of the user's, evaluated by whoever owns it
 };
 

@@ -148,7 +148,7 @@ RunReport run(Dynamics& dynamics, const double* y0, const RunSettings& settings,
     report.state.assign(stepper.y.data(), stepper.y.data() + dynamics.size());
     return report;
   };
-  Status status = stepper.start(stops[0], y0, stops[1]);
+  Status status = stepper.start(stops[0], y0, settings.ends[1]);
   if (status != Status::completed) return finish(status);
   // The choice of a first step evaluates elsewhere; the record wants the start itself.
   dynamics.rate(stops[0], y0, stepper.f.data());
@@ -157,7 +157,7 @@ RunReport run(Dynamics& dynamics, const double* y0, const RunSettings& settings,
   if (!ranks.look(dynamics.jacobian())) return finish(Status::singular);
   record(dynamics, output, report.samples++, stops[0], y0, points);
   for (std::size_t i = 1; i < stops.size(); ++i) {
-    const double stop = stops[i];
+    const double stop = settings.ends[i];
     while (stepper.t < stop) {
       if (pulse.stop(stepper.t)) return finish(Status::interrupted);
       const double t_before = stepper.t;
@@ -187,12 +187,12 @@ RunReport run(Dynamics& dynamics, const double* y0, const RunSettings& settings,
       const bool now = projection && (settings.method != Method::ExpAdams || stepper.t >= stop);
       if ((status = stepper.settle(now)) != Status::completed) return finish(status);
     }
-    if (settings.breaks[i]) stepper.pass_break();
+    if (settings.breaks[i] && (status = stepper.pass_break(settings.starts[i])) != Status::completed) return finish(status);
     if (settings.kept[i]) {
       if (watch.active()) dynamics.rate(stepper.t, stepper.y.data(), stepper.f.data());
       if (dynamics.out_of_range()) return finish(Status::diverged);
       if (!ranks.look(dynamics.jacobian())) return finish(Status::singular);
-      record(dynamics, output, report.samples++, stepper.t, stepper.y.data(), points);
+      record(dynamics, output, report.samples++, stops[i], stepper.y.data(), points);
     }
   }
   return finish(Status::completed);

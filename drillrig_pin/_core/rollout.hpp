@@ -16,7 +16,9 @@ struct RunSettings {
   double max_step = 0.0;  // 0: none
   bool projection = true;
   std::vector<double> atol;         // by component of y
-  std::vector<double> stops;        // increasing; where a step must end
+  std::vector<double> stops;        // increasing; samples and breaks
+  std::vector<double> ends;         // where the step to each ends: itself, or just before a jump of a force
+  std::vector<double> starts;       // where the next one begins: itself, or just behind the jump
   std::vector<unsigned char> kept;    // which of them are samples
   std::vector<unsigned char> breaks;  // behind which of them some law goes on otherwise
 };

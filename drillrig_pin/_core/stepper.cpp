@@ -96,8 +96,14 @@ Status Stepper::settle(bool projection) {
   return complete();
 }
 
-void Stepper::pass_break() {
+// Behind a jump of a force only the rate is another: the length of the last step is tried on.
+Status Stepper::pass_break(double next) {
   if (past_) past_->forget();
+  if (next <= t) return Status::completed;
+  t = t_old = next;
+  rate_known_ = true;
+  interpolant_ready_ = false;
+  return evaluate(t, y, f.data());
 }
 
 Status Stepper::rk4(double bound) {

@@ -25,7 +25,7 @@ class Stepper {
   // What must follow a step: y projected if asked, and its rate.
   Status settle(bool projection);
   // Some law goes on otherwise from here: values before it say nothing about those behind it.
-  void pass_break();
+  Status pass_break(double next);  // go on at `next`, behind it
   // State at a time within the last step.
   void interpolate(double t, double* y);
 

@@ -36,7 +36,7 @@ Status Stepper::exponential(double bound) {
   if (!past.ready()) return exponential_start(bound);
   const double h = past.spacing();
   y_new_ = y;
-  past.step(t, y.data(), y_new_.data());
+  past.step(t, y.data(), y_new_.data(), bound);
   t_old = t;
   y_old.swap(y);
   y.swap(y_new_);

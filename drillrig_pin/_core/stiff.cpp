@@ -65,8 +65,10 @@ Status StiffStep::linearise(double t, double h, const VectorXd& y, const VectorX
   }
   W_.diagonal().array() += 1.0 / (kGamma * h);
   lu_.compute(W_);
-  if ((status = rate(t + kTime, y, f_t_)) != Status::completed) return status;
-  f_t_ = (f_t_ - f) / kTime;
+  // Within the step: a force may jump at its end.
+  const double ahead = std::min(kTime, h);
+  if ((status = rate(t + ahead, y, f_t_)) != Status::completed) return status;
+  f_t_ = (f_t_ - f) / ahead;
   return Status::completed;
 }
 

@@ -23,6 +23,14 @@ from drillrig_pin.kinematics import Anchor, Array
 from drillrig_pin.model.nodes import Node
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class Remark:
+    """Something to be said about an element; with ``advice`` it is doubtful, and `drillrig check` warns of it."""
+
+    text: str
+    advice: str = ""
+
+
 class Law:
     """A scalar force law. Built-in laws are frozen dataclasses of floats, so many of one class stack into arrays.
 
@@ -50,6 +58,10 @@ class Law:
     def breakpoints(self) -> Array:
         """Times at which the law is not smooth; the integrator ends a step there."""
         return np.zeros(0)
+
+    def jumps(self) -> Array:
+        """Those breakpoints at which the force may jump: a step ends just before it, the next begins just behind."""
+        return self.breakpoints()
 
     @classmethod
     def stack(cls, laws: Sequence[Self]) -> Self:
@@ -92,6 +104,10 @@ class Element(BaseModel):
     def fault(self) -> str | None:
         """What makes the numbers impossible together, or None."""
         return None
+
+    def remarks(self) -> list[Remark]:
+        """What was decided when it was read: notes of every run."""
+        return []
 
     @classmethod
     def from_node(cls, node: Node) -> Self:

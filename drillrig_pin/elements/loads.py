@@ -2,30 +2,28 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar, Literal, Self, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
 
 from drillrig_pin.coordinates import Coordinate, Slide, Turn
-from drillrig_pin.elements.base import Element, Law, Resolver
+from drillrig_pin.elements.base import Element, Law, Remark, Resolver
 from drillrig_pin.elements.fields import Direction, Name, quantity, reference
+from drillrig_pin.elements.table_file import TO_CHOOSE, read_samples, read_table, table_remarks
+from drillrig_pin.elements.tables import Reading, TableLaw
 from drillrig_pin.errors import ModelError, legal_names
 from drillrig_pin.kinematics import Array, world_point
 from drillrig_pin.model.nodes import Node
+from drillrig_pin.series import LARGEST
 
 T = TypeVar("T", bound=BaseModel)
 
-#: Numbers beyond it, and steps below it [s], no measurement has, and no spline can be laid through.
-LARGEST, SHORTEST = 1e30, 1e-12
-
-#: A step in a table longer than this many times its usual step is a gap in the measurement.
-GAP = 10.0
+__all__ = ["LAWS", "Constant", "HarmonicLaw", "Harmonics", "Load", "Table", "TableLaw", "Term", "read_samples"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +52,10 @@ class HarmonicLaw(Law):
         """The end of the ramp."""
         return np.atleast_1d(np.asarray(self.ramp, dtype=float))
 
+    def jumps(self) -> Array:
+        """None: the ramp ends without one."""
+        return np.zeros(0)
+
     @classmethod
     def stack(cls, laws: Sequence[Self]) -> Self:
         """Pad the terms to the longest series: a term of no amplitude adds nothing."""
@@ -71,29 +73,8 @@ class HarmonicLaw(Law):
         )
 
 
-class TableLaw(Law):
-    """F(t) through the samples of a measurement by a cubic spline (not-a-knot)."""
-
-    def __init__(self, time: Array, value: Array) -> None:
-        from scipy.interpolate import CubicSpline
-
-        self.time = time
-        self._spline = CubicSpline(time, value)
-
-    def force(self, x: Array, xdot: Array, t: float) -> Array:
-        """F(t) [N or N m]; outside the table its end values are kept (a run that long is refused beforehand)."""
-        return np.atleast_1d(self._spline(min(max(t, self.time[0]), self.time[-1])))
-
-    def knots(self) -> Array:
-        """Sample times and coefficients of the cubic behind each, highest power first, (n, 5); none behind the last."""
-        rows = np.zeros((len(self.time), 5))
-        rows[:, 0] = self.time
-        rows[:-1, 1:] = self._spline.c.T
-        return rows
-
-    def breakpoints(self) -> Array:
-        """Every sample: the spline's third derivative jumps there."""
-        return self.time
+def _auto_or_number(value: Any) -> Any:
+    return value if value == "auto" else float(value)
 
 
 class _LoadLaw(BaseModel):
@@ -145,60 +126,32 @@ class Harmonics(_LoadLaw):
 
 
 class Table(_LoadLaw):
-    """Samples of a measurement, `time,value` a line, in a CSV file beside the model or as text of the element."""
+    """Samples over time, `time,value` a line, in a CSV file beside the model or as text of the element.
+
+    A header may name units, as in `time [ms],force [kN]`; without units times are seconds, values N or N*m. Two rows at
+    one time are a jump. Between rows: `linear` straight lines, `hold` the value of the last row, `spline` a curve that
+    stays between neighbouring rows, `cubic` one that may leave them; `auto` takes `cubic` for smooth, dense samples and
+    `linear` for all others, and the run and `drillrig check` say which and why. A time in the file is multiplied by
+    `time_scale`, then `time_offset` is added.
+    """
 
     tag: ClassVar[str] = "table"
 
     file: str = reference("CSV file beside the model; its text is kept in the expanded model", default="")
+    reading: Reading = reference("how to read between the rows", default="auto")
     scale: float = quantity("-", "factor on all values", default=1.0, ge=-LARGEST, le=LARGEST)
+    time_scale: float = quantity("-", "factor on all times", default=1.0, gt=0, le=LARGEST)
+    time_offset: Annotated[Literal["auto"] | float, BeforeValidator(_auto_or_number)] = quantity(
+        "s", "added to all times; `auto`: the table starts at t = 0", default=0.0
+    )
+    ramp: float = quantity("s", "time of the smooth start from zero", default=0.0, ge=0)
+    header_units: tuple[str, str] = ("", "")
     samples: tuple[tuple[float, float], ...] = ()
 
-    def law(self) -> Law:
-        """Spline through the samples."""
+    def law(self) -> TableLaw:
+        """The curve through the samples."""
         table = np.array(self.samples)
-        return TableLaw(table[:, 0], self.scale * table[:, 1])
-
-
-def read_samples(text: str, where: object) -> tuple[tuple[float, float], ...]:
-    """Parse `time,value` lines; a first line of words is a header.
-
-    Raises:
-        ModelError: a missing or non-finite value, time that does not increase, a gap, fewer than four samples.
-    """
-    samples: list[tuple[float, float]] = []
-    for number, row in enumerate(csv.reader(text.strip().splitlines()), start=1):
-        if not row or row[0].lstrip().startswith("#"):
-            continue
-        try:
-            if len(row) != 2:
-                raise ValueError
-            t, value = float(row[0]), float(row[1])
-        except ValueError:
-            if not samples and number == 1:
-                continue
-            raise ModelError(
-                f"line {number} of the load table is not `time,value`: {','.join(row)[:60]!r}",
-                where=where,
-                todo="Fill or remove the line.",
-            ) from None
-        if not (math.isfinite(t) and math.isfinite(value)):
-            raise ModelError(f"line {number} of the load table is not finite", where=where, todo="Fill or remove it.")
-        if abs(t) > LARGEST or abs(value) > LARGEST:
-            raise ModelError(f"line {number} of the load table is beyond {LARGEST:g}", where=where)
-        if samples and t - samples[-1][0] < SHORTEST:
-            raise ModelError(f"time does not increase at line {number} of the load table", where=where)
-        samples.append((t, value))
-    if len(samples) < 4:
-        raise ModelError("the load table has fewer than four samples", where=where)
-    steps = np.diff([t for t, _ in samples])
-    widest = int(np.argmax(steps))
-    if steps[widest] > GAP * np.median(steps):
-        raise ModelError(
-            f"the load table has a gap from t = {samples[widest][0]:g} to {samples[widest + 1][0]:g} s",
-            where=where,
-            todo="Fill it, or use a table without it.",
-        )
-    return tuple(samples)
+        return TableLaw(table[:, 0], self.scale * table[:, 1], self.reading, self.ramp)
 
 
 LAWS: dict[str, type[Constant | Harmonics | Table]] = {cls.tag: cls for cls in (Constant, Harmonics, Table)}
@@ -234,7 +187,8 @@ class Load(Element):
             raise ModelError(
                 f"a load needs exactly one of <{'>, <'.join(LAWS)}>, this one has {len(children)}", where=node.source
             )
-        return cls.model_validate({**node.attributes, "law": _law_from(children[0])})
+        kind = node.attributes.get("kind", "")
+        return cls.model_validate({**node.attributes, "law": _law_from(children[0], kind)})
 
     @cached_property
     def bound(self) -> Law:
@@ -253,6 +207,12 @@ class Load(Element):
         """Nothing depends on the initial state."""
         return self.bound
 
+    def remarks(self) -> list[Remark]:
+        """How its table was read, and what of that is doubtful."""
+        if not isinstance(self.law, Table) or not isinstance(self.bound, TableLaw):
+            return []
+        return table_remarks(self.name, self.bound, self.law.header_units, self.kind, self.law.scale)
+
     def end_of_table(self) -> float:
         """Time up to which the load is known [s]."""
         return self.law.samples[-1][0] if isinstance(self.law, Table) else math.inf
@@ -262,13 +222,20 @@ class Load(Element):
         return self.law.samples[0][0] if isinstance(self.law, Table) else -math.inf
 
 
-def _law_from(node: Node) -> Constant | Harmonics | Table:
+def _law_from(node: Node, kind: str) -> Constant | Harmonics | Table:
     values: dict[str, Any] = dict(node.attributes)
     if node.tag == "harmonics":
         values["terms"] = tuple(_term(child) for child in node.children)
-    if node.tag == "table":
-        values["samples"] = read_samples(node.text, node.attributes.get("file") or node.source)
-    return _validated(LAWS[node.tag], values, node)
+    law = _validated(LAWS[node.tag], values, node)
+    if isinstance(law, Table):
+        where = node.attributes.get("file") or node.source
+        # Another kind is refused with the load itself.
+        measures: Literal["force", "torque"] = "torque" if kind == "torque" else "force"
+        samples, units = read_table(node.text, where, measures, law.reading, law.time_scale, law.time_offset)
+        law = law.model_copy(update={"samples": samples, "header_units": units})
+        if not np.isfinite(law.law().knots()).all():
+            raise ModelError(f"no {law.reading} curve can be laid through the load table", where=where, todo=TO_CHOOSE)
+    return law
 
 
 def _term(node: Node) -> Term:

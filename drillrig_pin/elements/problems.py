@@ -12,7 +12,7 @@ from drillrig_pin.model.nodes import Node
 
 def attribute_names(cls: type[BaseModel]) -> dict[str, Any]:
     """Attributes of an element as written in the file, without those that come from children."""
-    children = {"terms", "samples"}
+    children = {"terms", "samples", "header_units"}
     return {
         (field.alias or name): field
         for name, field in cls.model_fields.items()
