@@ -1,6 +1,6 @@
 """Imported by the process that forks workers: one whose master died before it said what to do ends in silence.
 
-Such a worker meets the end of a pipe. That is no fault of the work, and the master, or whoever killed it, has said what
+Such a worker meets the end of a pipe, or semaphores that are gone. That is no fault of the work, and the master, or whoever killed it, has said what
 there was to say; the traceback that Python prints would only stand between the lines of another command.
 """
 
@@ -9,8 +9,8 @@ from __future__ import annotations
 import sys
 from types import TracebackType
 
-#: How the end of the master shows in a pipe to it.
-CUT_OFF = (EOFError, BrokenPipeError, ConnectionResetError)
+#: How the end of the master shows: in the pipe to it, and in the semaphores it shared.
+CUT_OFF = (EOFError, BrokenPipeError, ConnectionResetError, FileNotFoundError)
 
 
 def say_nothing_of_a_lost_master(
