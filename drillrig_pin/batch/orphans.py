@@ -1,7 +1,8 @@
 """Imported by the process that forks workers: one whose master died before it said what to do ends in silence.
 
-Such a worker meets the end of a pipe, or semaphores that are gone. That is no fault of the work, and the master, or whoever killed it, has said what
-there was to say; the traceback that Python prints would only stand between the lines of another command.
+Such a worker meets the end of a pipe, or semaphores that are gone. That is no fault of the work, and the master, or
+whoever killed it, has said what there was to say; the traceback that Python prints would only stand between the lines
+of another command.
 """
 
 from __future__ import annotations
