@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import fcntl
 import os
+import shutil
+import stat
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -40,10 +43,36 @@ def shipped_studies() -> dict[str, Path]:
     return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
 
 
+def is_stream(target: Path) -> bool:
+    """Whether a path is something to write into, not a file to replace: a FIFO, a terminal, an open descriptor."""
+    try:
+        mode = os.stat(target).st_mode
+    except (OSError, ValueError):
+        return False
+    return stat.S_ISFIFO(mode) or stat.S_ISCHR(mode) or _descriptor(target) is not None
+
+
 @contextlib.contextmanager
 def write_aside(target: Path) -> Iterator[Path]:
-    """Give a temporary path beside ``target``; rename it onto ``target`` if the block succeeds, else remove it."""
+    """Give a temporary path beside ``target``; rename it onto ``target`` if the block succeeds, else remove it.
+
+    A link is followed: the file it leads to is replaced, and keeps its permissions. What is there and no regular file
+    is never replaced: a stream (see :func:`is_stream`) is written into at the end.
+
+    Raises:
+        OSError: among others if the target is a folder, a disk or a socket.
+    """
     target = Path(target)
+    if is_stream(target):
+        with tempfile.TemporaryDirectory() as folder:
+            aside = Path(folder, target.name)
+            aside.touch()
+            yield aside
+            _pour(aside, target)
+        return
+    target = Path(os.path.realpath(target))
+    if target.exists() and not target.is_file():
+        raise OSError(errno.EINVAL, "it is no regular file")
     descriptor, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
     os.close(descriptor)
     aside = Path(name)
@@ -51,10 +80,31 @@ def write_aside(target: Path) -> Iterator[Path]:
         yield aside
         umask = os.umask(0)
         os.umask(umask)
-        aside.chmod(0o666 & ~umask)
+        aside.chmod(stat.S_IMODE(target.stat().st_mode) if target.exists() else 0o666 & ~umask)
         aside.replace(target)
     finally:
         aside.unlink(missing_ok=True)
+
+
+def _pour(source: Path, target: Path) -> None:
+    """Write a file's content into a stream."""
+    number = _descriptor(target)
+    # A descriptor of this process is written where it stands; opened by its path, a file behind it would be cut.
+    with source.open("rb") as read, os.fdopen(os.dup(number), "wb") if number is not None else target.open("wb") as out:
+        shutil.copyfileobj(read, out)
+
+
+def _descriptor(target: Path) -> int | None:
+    """The descriptor of this process that a path such as ``/dev/stdout`` or ``/dev/fd/3`` stands for."""
+    path = os.fspath(target)
+    for _ in range(8):
+        folder, name = os.path.split(os.path.abspath(path))
+        if os.path.realpath(folder) == f"/proc/{os.getpid()}/fd" and name.isdecimal():
+            return int(name)
+        if not os.path.islink(path):
+            return None
+        path = os.path.join(folder, os.readlink(path))
+    return None
 
 
 @contextlib.contextmanager

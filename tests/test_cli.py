@@ -33,7 +33,7 @@ def test_run_leaves_a_file_and_a_readable_summary(drillrig: Command) -> None:
     assert "drillrig plot run.nc" in answer.out
     assert max(map(len, answer.out.splitlines())) <= 100
     assert load_trajectory("run.nc").time[-1] == pytest.approx(0.05)
-    assert "(replaced)" in drillrig("run", *SHORT).out
+    assert "(replaced)" in drillrig("run", *SHORT, "-o", "run.nc").out
     assert [path.name for path in Path().iterdir()] == ["run.nc"]
 
 

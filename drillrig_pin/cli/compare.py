@@ -12,6 +12,7 @@ from drillrig_pin.cli.case import Json
 from drillrig_pin.cli.files import require_folder
 from drillrig_pin.cli.output import console, number, print_json, table, working
 from drillrig_pin.cli.subject import read_subject
+from drillrig_pin.cli.targets import Force, require_targets
 from drillrig_pin.errors import ResultFileError
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ def compare(
     everything: Annotated[
         bool, typer.Option("--all", help="Also what did not change, and every place of the model.")
     ] = False,
+    force: Force = False,
     json: Json = False,
 ) -> None:
     """Say in what runs differ: which numbers changed by how much, and which parameters were not the same.
@@ -55,10 +57,11 @@ def compare(
     figures: list[Path] = []
     if output is not None:
         from drillrig_pin.figures.overlay import overlay
-        from drillrig_pin.figures.printed import save_sheets
+        from drillrig_pin.figures.printed import file_names, save_sheets
         from drillrig_pin.figures.registry import sheets_of
 
         sheets = overlay([(name, sheets_of(subject)) for name, subject in zip(names, subjects, strict=True)])
+        require_targets(output, file_names(sheet.name for sheet in sheets), reads=runs, force=force)
         with working("drawing"):
             figures = save_sheets(sheets, output)
     if json:

@@ -9,6 +9,7 @@ import typer
 
 from drillrig_pin.cli.case import Json, ModelName, ModelSettings, Packages, model_arguments
 from drillrig_pin.cli.output import console, print_json, table
+from drillrig_pin.cli.targets import Force, console_beside, require_target
 
 
 def params(
@@ -70,6 +71,7 @@ def expand(
     ] = None,
     settings: ModelSettings = None,
     packages: Packages = None,
+    force: Force = False,
     json: Json = False,
 ) -> None:
     """Write the expanded URDF: one file without xacro that other robotics tools open.
@@ -83,6 +85,9 @@ def expand(
 
     file = read_model(model, model_arguments(settings))
     if output is not None:
+        # The same text once more is no loss.
+        same = output.is_file() and output.read_bytes() == file.text.encode()
+        require_target(output, "expanded model", reads=file.files, force=force or same)
         write_text(output, file.text)
     if json:
         document = {"model": file.path, "arguments": file.arguments, "output": str(output) if output else None}
@@ -90,7 +95,7 @@ def expand(
     elif output is None:
         sys.stdout.write(file.text)
     else:
-        console().print(f"{output} written ({len(file.text.splitlines())} lines).", markup=False)
+        console_beside(output).print(f"{output} written ({len(file.text.splitlines())} lines).", markup=False)
 
 
 def models(json: Json = False) -> None:

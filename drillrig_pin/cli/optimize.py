@@ -14,6 +14,7 @@ from drillrig_pin.cli.case import Json, Packages
 from drillrig_pin.cli.files import require_folder
 from drillrig_pin.cli.guard import FAILED, INTERRUPTED
 from drillrig_pin.cli.output import console, print_json
+from drillrig_pin.cli.targets import Force, require_targets
 
 
 def optimize(
@@ -51,6 +52,7 @@ def optimize(
     time_limit: TimeLimit = 600.0,
     packages: Packages = None,
     json: Json = False,
+    force: Force = False,
     quiet: Quiet = False,
 ) -> None:
     """Search the bounds of a study for the design that shakes least, and run it again.
@@ -68,7 +70,8 @@ def optimize(
     Example:  [bold]drillrig optimize lift_cylinder_pin -o pin --minimize S.z.rms --constraint '*.p_min >= 2 bar'[/]
     """
     from drillrig_pin.batch.optimizer import run_search
-    from drillrig_pin.batch.optimum import optimum_document, save_optimum
+    from drillrig_pin.batch.optimum import FILE, STUDY, optimum_document, save_optimum
+    from drillrig_pin.batch.store import TABLE
     from drillrig_pin.batch.study import load_study
     from drillrig_pin.cli.optimize_words import print_optimum
     from drillrig_pin.cli.sweep_words import progress
@@ -82,6 +85,7 @@ def optimize(
     given |= {"over": over, "starts": starts, "budget": budget, "seed": seed}
     chosen = load_study(study).deciding("optimize", **given)
     require_folder(output)
+    require_targets(output, [TABLE, FILE, STUDY], reads=[study], force=force)
     with progress(quiet=quiet or json) as listener:
         found = run_search(
             chosen, output, workers=workers, scheduler=scheduler, time_limit=time_limit, listener=listener

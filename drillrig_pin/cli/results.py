@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from drillrig_pin.cli.case import Json
-from drillrig_pin.cli.files import require_folder, require_writable, write_text
+from drillrig_pin.cli.files import require_folder, write_text
 from drillrig_pin.cli.output import console, print_json, working
 from drillrig_pin.cli.subject import (
     HoleDirection,
@@ -25,6 +25,7 @@ from drillrig_pin.cli.subject import (
     read_subject,
     require_comparison,
 )
+from drillrig_pin.cli.targets import Force, console_beside, require_apart, require_target, require_targets
 from drillrig_pin.errors import ResultFileError, legal_names
 
 
@@ -56,6 +57,7 @@ def plot(
     form: Annotated[
         list[str] | None, typer.Option("--format", metavar="png|svg", help="File format. Default: both.")
     ] = None,
+    force: Force = False,
     json: Json = False,
 ) -> None:
     """Draw the figures of a run, ready for print: PNG and SVG, one column wide.
@@ -76,7 +78,7 @@ def plot(
 
     Example:  [bold]drillrig plot run.nc --figure survey.z --figure measured --measured hole_9.csv[/]
     """
-    from drillrig_pin.figures.printed import FORMATS, save_sheets
+    from drillrig_pin.figures.printed import FORMATS, file_names, save_sheets
     from drillrig_pin.figures.registry import sheets_of
 
     formats = form or list(FORMATS)
@@ -92,6 +94,8 @@ def plot(
         require_comparison(sheets, measured)
     folder = output if output is not None else run.with_name(f"{run.stem}_figures")
     require_folder(folder)
+    names = file_names((sheet.name for sheet in sheets), dict.fromkeys(formats))
+    require_targets(folder, names, reads=(run, measured, limits), force=force)
     with working("drawing"):
         written = save_sheets(sheets, folder, dict.fromkeys(formats))
     if json:
@@ -115,6 +119,7 @@ def report(
     measured: MeasuredFile = None,
     measured_unit: MeasuredUnit = None,
     measured_axis: MeasuredAxis = "z",
+    force: Force = False,
     json: Json = False,
 ) -> None:
     """Write a run as one page for readers who never saw the code: verdict, numbers, animation, figures, sources.
@@ -131,7 +136,7 @@ def report(
     from drillrig_pin.report.page import report_page
 
     target = output if output is not None else run.with_name(f"{run.stem}_report.html")
-    require_writable(target)
+    replaced = require_target(target, "page", reads=(run, measured, limits), force=force)
     beside = measured_beside(measured, measured_unit, measured_axis)
     subject = read_subject(run, **judged_by(limit, limits, hole_direction), **beside)
     sheets = sheets_of(subject)
@@ -139,8 +144,9 @@ def report(
         require_comparison(sheets, measured)
     content = gather(subject)
     with working("writing the report"):
-        write_text(target, report_page(content, sheets))
-    size = target.stat().st_size
+        page = report_page(content, sheets)
+        write_text(target, page)
+    size = len(page.encode())
     if json:
         print_json(
             {
@@ -158,18 +164,20 @@ def report(
             }
         )
         return
-    out = console()
+    out = console_beside(target)
     out.print(content.verdict[1], markup=False, style="bold")
     for finding in content.findings:
         if finding.level in (Level.BAD, Level.NEAR):
             out.print(f"  {finding.title}: {finding.sentence} {finding.advice}", markup=False)
-    out.print(f"{target} written ({size / 1e6:.1f} MB). Open it in a browser.", markup=False)
+    word = "replaced" if replaced else "written"
+    out.print(f"{target} {word} ({size / 1e6:.1f} MB). Open it in a browser.", markup=False)
 
 
 def export(
     run: RunFile,
     csv: Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Write one wide table.")] = None,
     mat: Annotated[Path | None, typer.Option("--mat", metavar="FILE", help="Write a MATLAB 5 file.")] = None,
+    force: Force = False,
     json: Json = False,
 ) -> None:
     """Write a run as CSV or MATLAB file. (A result file is NetCDF-4, which many tools open as it is.)
@@ -181,8 +189,13 @@ def export(
     targets = [target for target in (csv, mat) if target is not None]
     if not targets:
         raise ResultFileError("no format to export to", where="drillrig export", todo="Give --csv FILE or --mat FILE.")
-    for target in targets:
-        require_writable(target)
+    require_apart(*targets)
+    kinds = {"csv": csv, "mat": mat}
+    replaced = [
+        target
+        for kind, target in kinds.items()
+        if target is not None and require_target(target, kind, reads=(run,), force=force)
+    ]
     trajectory = load_trajectory(run)
     if csv is not None:
         trajectory.to_csv(csv)
@@ -191,4 +204,5 @@ def export(
     if json:
         print_json({"run": str(run), "written": [str(target) for target in targets]})
         return
-    console().print(f"{' and '.join(map(str, targets))} written ({len(trajectory.time)} samples).", markup=False)
+    told = " and ".join(f"{target}{' (replaced)' if target in replaced else ''}" for target in targets)
+    console_beside(*targets).print(f"{told} written ({len(trajectory.time)} samples).", markup=False)

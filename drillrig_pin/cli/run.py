@@ -14,6 +14,7 @@ from drillrig_pin.cli.case import Json, OptionalModelName, Packages, ScenarioNam
 from drillrig_pin.cli.files import require_writable
 from drillrig_pin.cli.guard import INTERRUPTED, STOPPED_EARLY
 from drillrig_pin.cli.output import console, print_json
+from drillrig_pin.cli.targets import Force, console_beside, free_name, require_target
 
 if TYPE_CHECKING:
     from drillrig_pin.analysis.metrics import Metrics
@@ -21,15 +22,25 @@ if TYPE_CHECKING:
     from drillrig_pin.simulation import Progress
     from drillrig_pin.trajectory import Trajectory
 
+#: Result file of a run without -o.
+DEFAULT = Path("run.nc")
+
 
 def run(
     model: OptionalModelName = None,
     scenario: ScenarioName = None,
     settings: Settings = None,
     packages: Packages = None,
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Result file (NetCDF-4).")] = Path(
-        "run.nc"
-    ),
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="Result file (NetCDF-4). Default: run.nc, or run-2.nc, run-3.nc ... if that is there.",
+        ),
+    ] = None,
+    force: Force = False,
     json: Json = False,
     estimate: Annotated[
         bool | None,
@@ -43,15 +54,17 @@ def run(
 ) -> None:
     """Simulate a case, save it to one file and print what a designer reads first.
 
-    An existing result file is replaced once the new one is complete. Ctrl-C stops the run and keeps what it has.
+    A result that -o names is replaced once the new one is complete; another file only with --force; without -o nothing
+    is replaced. Ctrl-C stops the run and keeps what it has.
 
     Example:  [bold]drillrig run[/]
 
     Example:  [bold]drillrig run mkz49 --set model.boom_length=2.1 --set scenario.duration=5 -o longer.nc[/]
     """
-    require_writable(output)
+    require_writable(output or DEFAULT)
     case = read_scenario(model, scenario, settings)
     rig = read_rig(case)
+    replaced = output is not None and require_target(output, "result", reads=(scenario, *rig.file.files), force=force)
     from drillrig_pin.accuracy import estimate_error
     from drillrig_pin.simulation import simulate
 
@@ -59,13 +72,15 @@ def run(
         trajectory = simulate(rig, case, progress=tick)
         if estimate or (estimate is None and trajectory.engine == "core"):
             trajectory = estimate_error(rig, trajectory)
-    replaced = output.exists()
-    trajectory.save(output)
+    target = output if output is not None else free_name(DEFAULT)
+    trajectory.save(target)
     metrics = _measured(trajectory)
     if json:
-        print_json(_document(trajectory, metrics, rig, output))
+        print_json(_document(trajectory, metrics, rig, target))
     else:
-        _report(trajectory, metrics, rig, output, replaced=replaced, quiet=quiet)
+        # Without -o the last result stays, and the reader must not take it for this one.
+        fate = "replaced" if replaced else f"{DEFAULT} is left as it is" if output is None and target != DEFAULT else ""
+        _report(trajectory, metrics, rig, target, fate=fate, quiet=quiet)
     _leave(trajectory)
 
 
@@ -114,11 +129,9 @@ def _document(trajectory: Trajectory, metrics: Metrics | None, rig: Rig, output:
     }
 
 
-def _report(
-    trajectory: Trajectory, metrics: Metrics | None, rig: Rig, output: Path, *, replaced: bool, quiet: bool
-) -> None:
+def _report(trajectory: Trajectory, metrics: Metrics | None, rig: Rig, output: Path, *, fate: str, quiet: bool) -> None:
     outcome = trajectory.outcome
-    out = console()
+    out = console_beside(output)
     if not quiet:
         from drillrig_pin.cli.summary import print_summary
 
@@ -140,7 +153,7 @@ def _report(
             )
     if outcome.completed:
         if not quiet:
-            words = f"Saved to {output}{' (replaced)' if replaced else ''}."
+            words = f"Saved to {output}{f' ({fate})' if fate else ''}."
             out.print(f"{words} Next: drillrig plot {output}, drillrig report {output}", markup=False)
         return
     kept = f"{len(trajectory.time)} samples are kept in {output}"

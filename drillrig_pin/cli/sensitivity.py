@@ -11,6 +11,7 @@ from drillrig_pin.cli.case import Json, Packages
 from drillrig_pin.cli.files import require_folder
 from drillrig_pin.cli.guard import INTERRUPTED
 from drillrig_pin.cli.output import console, print_json
+from drillrig_pin.cli.targets import Force, require_targets
 
 
 def sensitivity(
@@ -56,6 +57,7 @@ def sensitivity(
     time_limit: TimeLimit = 600.0,
     packages: Packages = None,
     json: Json = False,
+    force: Force = False,
     quiet: Quiet = False,
 ) -> None:
     """Rank the ranges of a study by how much they matter, with confidence.
@@ -70,7 +72,9 @@ def sensitivity(
 
     Example:  [bold]drillrig sensitivity oil_and_rock -o matters --method sobol --samples 128[/]
     """
+    from drillrig_pin.batch.importance import FILE
     from drillrig_pin.batch.sensitivity import run_sensitivity
+    from drillrig_pin.batch.store import TABLE
     from drillrig_pin.batch.study import load_study
     from drillrig_pin.cli.sensitivity_words import print_sensitivity
     from drillrig_pin.cli.sweep_words import print_counts, print_interrupted, progress
@@ -79,6 +83,7 @@ def sensitivity(
     given |= {"trajectories": trajectories, "samples": samples}
     chosen = load_study(study).deciding("sensitivity", **given)
     require_folder(output)
+    require_targets(output, [TABLE, FILE], reads=[study], force=force)
     with progress(quiet=quiet or json) as listener:
         finished, result = run_sensitivity(
             chosen, output, workers=workers, scheduler=scheduler, time_limit=time_limit, listener=listener

@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from drillrig_pin.cli.case import Json
-from drillrig_pin.cli.files import require_writable, write_text
+from drillrig_pin.cli.files import write_text
 from drillrig_pin.cli.output import console, print_json
+from drillrig_pin.cli.targets import Force, console_beside, require_apart, require_target
 from drillrig_pin.errors import ScenarioError
 
 if TYPE_CHECKING:
@@ -74,6 +75,7 @@ def replay(
     no_open: NoOpen = False,
     host: Host = "127.0.0.1",
     port: Port = None,
+    force: Force = False,
     json: Json = False,
 ) -> None:
     """Show runs in the browser: the machine in motion, exaggerated so that it can be seen, forces as arrows.
@@ -97,9 +99,10 @@ def replay(
         end=end,
         side_by_side=side_by_side,
     )
-    for target in (html, video):
+    require_apart(html, video)
+    for target, kind in ((html, "page"), (video, "film")):
         if target is not None:
-            require_writable(target)
+            require_target(target, kind, reads=runs, force=force)
     scene = _scene(recalled(runs, case), options)
     for note in scene.notes:
         console(stderr=True).print(f"note: {note}", markup=False, style="yellow", soft_wrap=True)
@@ -114,7 +117,9 @@ def replay(
         if json:
             print_json({"written": written, **_facts(scene)})
         else:
-            console().print(f"Written: {', '.join(written)}. {' '.join(scene.sentences)}", markup=False, soft_wrap=True)
+            console_beside(html, video).print(
+                f"Written: {', '.join(written)}. {' '.join(scene.sentences)}", markup=False, soft_wrap=True
+            )
         return
     _serve(scene, host, port, no_open=no_open, json=json)
 

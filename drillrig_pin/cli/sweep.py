@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,6 +13,7 @@ from drillrig_pin.cli.case import Json, ModelSettings, Packages, model_arguments
 from drillrig_pin.cli.files import require_folder
 from drillrig_pin.cli.guard import FAILED, INTERRUPTED
 from drillrig_pin.cli.output import console, print_json
+from drillrig_pin.cli.targets import Force, require_targets
 
 if TYPE_CHECKING:
     from drillrig_pin.batch.runner import Finished
@@ -27,6 +29,7 @@ def sweep(
     time_limit: TimeLimit = 600.0,
     packages: Packages = None,
     json: Json = False,
+    force: Force = False,
     quiet: Quiet = False,
 ) -> None:
     """Run every case of a study and collect one table, a row per case.
@@ -42,7 +45,9 @@ def sweep(
     """
     from drillrig_pin.batch.study import load_study
 
-    finished = _carried_out(load_study(study), output, workers, scheduler, keep, time_limit, quiet=quiet or json)
+    finished = _carried_out(
+        load_study(study), output, workers, scheduler, keep, time_limit, reads=[study], force=force, quiet=quiet or json
+    )
     if json:
         print_json(_document(finished))
     elif not quiet:
@@ -66,6 +71,7 @@ def holes(
     keep: Keep = "none",
     time_limit: TimeLimit = 600.0,
     json: Json = False,
+    force: Force = False,
     quiet: Quiet = False,
 ) -> None:
     """Show the pose that drills each hole of the face; with -o also how the machine shakes there.
@@ -89,7 +95,9 @@ def holes(
     if output is None:
         _show_poses(chosen, json=json, quiet=quiet)
         return
-    finished = _carried_out(chosen, output, workers, scheduler, keep, time_limit, quiet=quiet or json)
+    finished = _carried_out(
+        chosen, output, workers, scheduler, keep, time_limit, reads=[study], force=force, quiet=quiet or json
+    )
     if json:
         print_json(_document(finished))
     elif not quiet:
@@ -109,13 +117,17 @@ def _carried_out(
     keep: str,
     time_limit: float,
     *,
+    reads: Sequence[str] = (),
+    force: bool,
     quiet: bool,
 ) -> Finished:
     from drillrig_pin.batch.runner import parse_keep, run_study
+    from drillrig_pin.batch.store import TABLE
     from drillrig_pin.cli.sweep_words import progress
 
     parse_keep(keep)
     require_folder(output)
+    require_targets(output, [TABLE], reads=reads, force=force)
     with progress(quiet=quiet) as listener:
         return run_study(
             study,

@@ -8,9 +8,10 @@ from typing import Annotated
 import typer
 
 from drillrig_pin.cli.case import Json
-from drillrig_pin.cli.files import require_folder, require_writable
+from drillrig_pin.cli.files import require_folder
 from drillrig_pin.cli.output import console, print_json, working
 from drillrig_pin.cli.subject import LimitSettings, LimitsFile
+from drillrig_pin.cli.targets import Force, require_target, require_targets
 
 
 def sweep_report(
@@ -33,6 +34,7 @@ def sweep_report(
         typer.Option("--animations", help="Write every kept case as an animation beside the page, and link to it."),
     ] = False,
     open_page: Annotated[bool, typer.Option("--open", help="Open the page in the browser.")] = False,
+    force: Force = False,
     json: Json = False,
 ) -> None:
     """Write a study as one page: best and worst, the rock face, effects of the axes, ranking, failures.
@@ -46,14 +48,17 @@ def sweep_report(
     Example:  [bold]drillrig sweep-report resonance -o resonance.html --metric hole.toe_6m.worst --limit toe_6m=50mm[/]
     """
     from drillrig_pin.analysis.limits import read_limits
+    from drillrig_pin.figures.face import NAME as FACE
+    from drillrig_pin.figures.printed import file_names
     from drillrig_pin.studyreport.write import write_study_report
 
     target = output if output is not None else folder / "report.html"
     allowed = read_limits(limits, limit or ())
     if output is not None or folder.is_dir():
-        require_writable(target)
+        require_target(target, "page", reads=(limits, *_files_of(folder)), force=force)
     if figures is not None:
         require_folder(figures)
+        require_targets(figures, file_names([FACE]), reads=(limits, *_files_of(folder)), force=force)
     with working("writing the report"):
         written = write_study_report(
             folder, target, metric=metric, limits=allowed, figures=figures, animations=animations
@@ -93,3 +98,8 @@ def sweep_report(
         import webbrowser
 
         webbrowser.open(target.absolute().as_uri())
+
+
+def _files_of(folder: Path) -> list[Path]:
+    """What a study has computed."""
+    return [folder / "results.parquet", *folder.glob("trajectories/*.nc")]

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 WIDTH = 3.5
 DOTS_PER_INCH = 300
 FORMATS = ("png", "svg")
+#: Kept in every file, so that it is known again.
+MAKER = "drillrig-pin"
 #: Margins around the panels and between them [inch].
 LEFT, RIGHT, BOTTOM, TOP, BETWEEN = 0.58, 0.1, 0.4, 0.42, 0.26
 #: A legend below the panels, and x labels between panels that do not share x [inch].
@@ -94,6 +96,12 @@ def save_sheets(sheets: Iterable[Sheet], folder: Path, formats: Iterable[str] = 
     return written
 
 
+def file_names(names: Iterable[str], formats: Iterable[str] = FORMATS) -> list[str]:
+    """Names of the files that sheets of these names are written to."""
+    formats = list(formats)
+    return [f"{_file_name(name)}.{form}" for name in names for form in formats]
+
+
 def save_figure(
     figure: Figure, name: str, words: tuple[str, str], folder: Path, formats: Iterable[str] = FORMATS
 ) -> list[Path]:
@@ -112,9 +120,8 @@ def save_figure(
     written = []
     for form in formats:
         path = folder / f"{name}.{form}"
-        metadata = {"Title": words[0], "Description": words[1]}
-        if form == "svg":
-            metadata |= {"Date": None}  # type: ignore[dict-item]
+        metadata: dict[str, Any] = {"Title": words[0], "Description": words[1]}
+        metadata |= {"Date": None, "Creator": MAKER} if form == "svg" else {"Software": MAKER}
         with saving(path, where=path) as aside:
             # Quick compression: the files grow by a tenth, drawing is a fifth faster.
             options: Any = {"pil_kwargs": {"compress_level": 3}} if form == "png" else {}

@@ -85,7 +85,7 @@ def _picture(server: LiveServer, target: Path) -> bytes:
 @contextlib.contextmanager
 def _encoder(ffmpeg: str, aside: Path, target: Path) -> Iterator[Callable[[bytes], object]]:
     source = f"-f image2pipe -framerate {RATE} -c:v mjpeg -i -".split()
-    result = ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "20", "-f", "mp4"]
+    result = ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "20", "-metadata", "comment=drillrig-pin", "-f", "mp4"]
     command = [ffmpeg, "-hide_banner", "-loglevel", "error", "-y", *source, *result, str(aside)]
     with tempfile.TemporaryFile() as complaints, _child(command, stdin=subprocess.PIPE, stderr=complaints) as process:
         assert process.stdin is not None
