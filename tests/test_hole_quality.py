@@ -74,13 +74,28 @@ def test_a_shifted_tip_adds_its_offset_and_motion_along_the_hole_counts_nothing(
     assert quality["angle"][2] == pytest.approx(0, abs=1e-12)
 
 
-def test_a_shift_and_a_tilt_add_up_whichever_way_they_point() -> None:
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_shift_and_a_tilt_add_up_as_vectors(side: float) -> None:
     n = 11
-    angle, tip = np.full(n, -0.01), np.tile([BEAM, 0.0, 0.0], (n, 1))
+    angle, tip = np.full(n, 0.01 * side), np.tile([BEAM, 0.0, 0.0], (n, 1))
     angle[0] = 0.0
     tip[1:, 1] += 0.002
     quality = errors(moved(beam(angle, tip), tip))
-    assert quality["toe_6m"][2] == pytest.approx(0.002 + 6 * math.tan(0.01))
+    assert quality["toe_6m"][2] == pytest.approx(abs(0.002 + side * 6 * math.tan(0.01)))
+
+
+PIVOT = 6.0
+
+
+def test_a_feed_that_turns_about_a_point_in_the_rock_is_straight_there() -> None:
+    """The feed line through a fixed point at depth 6 m: by similar triangles the offset is |6 - L| tan(angle)."""
+    angle = np.linspace(0, 0.009, 21)
+    pivot = np.array([BEAM + PIVOT, 0.0, 0.0])
+    along = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    quality = errors(moved(pivot - (BEAM + PIVOT) * along, pivot - PIVOT * along), depths=(3.0, 6.0, 12.0))
+    for name, depth in (("collar", 0), ("toe_3m", 3), ("toe_6m", 6), ("toe_12m", 12)):
+        # 1e-12 m: rounding of coordinates of some ten metres.
+        assert quality[name][2] == pytest.approx(abs(PIVOT - depth) * math.tan(0.009), abs=1e-12)
 
 
 def test_vibration_is_told_from_the_static_part() -> None:

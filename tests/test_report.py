@@ -185,7 +185,7 @@ def test_limits_come_from_the_examples_a_file_and_the_command_line(tmp_path: Pat
     assert all(limit.assumed for limit in examples.values())
     path = tmp_path / "ours.yaml"
     path.write_text("toe_6m: 120 mm\nangle: {value: 0.5, unit: deg, source: 'our standard 7'}\ncollar: none\n")
-    limits = read_limits(path, ["toe_9.5m=0.2", "shake=4mm"])
+    limits = read_limits(path, ["toe_9.5m=0.2m", "shake=4mm"])
     assert {name: limit.value for name, limit in limits.items()} == pytest.approx(
         {"toe_6m": 0.12, "angle": math.radians(0.5), "toe_9.5m": 0.2, "shake": 0.004}
     )
@@ -200,6 +200,26 @@ def test_limits_come_from_the_examples_a_file_and_the_command_line(tmp_path: Pat
 def test_a_limit_that_means_nothing_is_refused(setting: str) -> None:
     with pytest.raises(ScenarioError):
         read_limits(None, [setting])
+
+
+@pytest.mark.parametrize("setting", ["toe_6m=100", "collar=0.076", "shake= 4 ", "angle=0.5"])
+def test_a_limit_without_unit_is_refused_with_the_ways_to_write_it(setting: str, tmp_path: Path) -> None:
+    name, _, number = setting.partition("=")
+    usual = ("deg", "rad") if name == "angle" else ("mm", "m")
+    with pytest.raises(ScenarioError) as given:
+        read_limits(None, [setting])
+    assert "has no unit" in str(given.value)
+    (tmp_path / "ours.yaml").write_text(f"{name}: {number}\n")
+    with pytest.raises(ScenarioError) as written:
+        read_limits(tmp_path / "ours.yaml")
+    (tmp_path / "rows.yaml").write_text(f"{name}: {{value: {number}, source: ours}}\n")
+    with pytest.raises(ScenarioError, match="has no unit"):
+        read_limits(tmp_path / "rows.yaml")
+    assert "ours.yaml:1" in str(written.value)
+    for unit in usual:
+        assert f"--limit {name}={number.strip()}{unit}" in given.value.todo
+        assert f"{name}: {number.strip()}{unit}" in written.value.todo
+        assert read_limits(None, [f"{name}={number.strip()}{unit}"])[name].value > 0
 
 
 @pytest.mark.parametrize("text", ["- 1\n", "a: &x 1\nb: *x\n", "{", "nonsense: 3\n"])

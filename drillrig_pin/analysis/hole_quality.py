@@ -5,10 +5,10 @@ the feed axis at the start, as it was aimed):
 
     c = (E - E_0) - d (h . (E - E_0)) / (h . d)     collar: where the feed line crosses the plane across h through E_0
     s = d / (h . d) - h                             slope of the feed line against h, |s| = tan(angle)
-    toe offset at depth L = |c| + L tan(angle)      the two add up in the worst case
+    toe offset at depth L = |c + L s|               what a surveyor finds there: offset and slope may cancel
 
-Motion along the hole counts in none of them. The static part is that of the means of c and s over time; the vibration
-is the greatest departure from these means; the worst is the greatest value at any time, which the limits apply to.
+Motion along the hole counts in none of them. The static part is that of the mean over time of the vector; the vibration
+is the greatest departure from that mean; the worst is the greatest value at any time, which the limits apply to.
 """
 
 from __future__ import annotations
@@ -55,9 +55,8 @@ class FeedLine:
         return angle
 
     def toe_offset(self, depth: float) -> Array:
-        """|c| + L tan(angle) at depth L [m], (n) [m]."""
-        offset: Array = _length(self.collar) + depth * _length(self.slope)
-        return offset
+        """|c + L s| at depth L [m], (n) [m]."""
+        return _length(self.collar + depth * self.slope)
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,19 +127,9 @@ def hole_quality(
     if line is None:
         return None
     c, s = line.collar[steady], line.slope[steady]
-    c_mean, s_mean = c.mean(axis=0), s.mean(axis=0)
-    c_static, s_static = float(_length(c_mean)), float(_length(s_mean))
-    c_off, s_off = _length(c - c_mean), _length(s - s_mean)
-    c_abs, s_abs = _length(c), _length(s)
-    angles = (float(np.arctan(x)) for x in (s_static, s_off.max(), s_abs.max()))
-    errors = [
-        HoleError("angle", "rad", *angles),
-        HoleError("collar", "m", c_static, float(c_off.max()), float(c_abs.max())),
-    ]
-    for depth in depths:
-        static = c_static + depth * s_static
-        shake, worst = c_off + depth * s_off, c_abs + depth * s_abs
-        errors.append(HoleError(toe_name(depth), "m", static, float(shake.max()), float(worst.max())))
+    angle = (float(np.arctan(value)) for value in _parts(s))
+    errors = [HoleError("angle", "rad", *angle), HoleError("collar", "m", *_parts(c))]
+    errors += [HoleError(toe_name(depth), "m", *_parts(c + depth * s)) for depth in depths]
     axis = next(iter(design.contacts.values()), line.direction)
     cosine = float(np.clip(np.dot(axis, line.direction) / np.linalg.norm(axis), -1.0, 1.0))
     return HoleQuality(line.drill, line.tip, line.direction, float(np.arccos(cosine)), tuple(errors))
@@ -149,6 +138,12 @@ def hole_quality(
 def toe_name(depth: float) -> str:
     """Name of the toe offset at a depth [m], e.g. ``toe_6m``."""
     return f"toe_{depth:g}m"
+
+
+def _parts(offset: Array) -> tuple[float, float, float]:
+    """Length of the mean of vectors (n, 3), greatest departure from that mean, greatest length."""
+    mean = offset.mean(axis=0)
+    return float(_length(mean)), float(_length(offset - mean).max()), float(_length(offset).max())
 
 
 def _length(vectors: Array) -> Array:

@@ -13,11 +13,14 @@ from drillrig_pin.errors import ScenarioError, legal_names
 from drillrig_pin.files import shipped_folder
 from drillrig_pin.yamlfile import read_fields
 
-#: Units by what is limited; the first one is meant where none is written.
+#: Units by what is limited. A number without one is refused: nobody who writes 100 means metres.
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 ANGLES = {"deg": math.pi / 180, "°": math.pi / 180, "rad": 1.0, "mrad": 1e-3}
 NAMES = ("angle", "collar", "shake", *(toe_name(depth) for depth in DEPTHS))
 _TOE = re.compile(r"toe_(\d+(?:\.\d+)?)m")
+_VALUE = re.compile(r"\s*([-+.\deE]+?)\s*([a-zA-Z°]*)\s*")
+#: Units to propose, for lengths and for angles.
+_USUAL = (("mm", "m"), ("deg", "rad"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,11 +40,11 @@ class Limit:
 def read_limits(file: Path | None = None, settings: Iterable[str] = ()) -> dict[str, Limit]:
     """Limits by name: those of a file (the shipped examples if none is given), then ``name=value`` settings.
 
-    A value is a number with or without unit (``0.1``, ``100mm``, ``0.5deg``; metres and degrees are meant without), or
-    ``none`` to lift the limit. In a file it may also be a row of value, unit and source.
+    A value is a number with its unit (``100mm``, ``0.5deg``), or ``none`` to lift the limit. In a file it may also be a
+    row of value, unit and source.
 
     Raises:
-        ScenarioError: unreadable, an unknown name, a value that is no positive length or angle.
+        ScenarioError: unreadable, an unknown name, a value without unit or that is no positive length or angle.
     """
     path = file or shipped_folder() / "limits.yaml"
     rows, lines = read_fields(path, "a file of limits")
@@ -74,12 +77,20 @@ def _put(limits: dict[str, Limit], name: str, text: str, source: str, where: obj
         limits.pop(name, None)
         return
     units = ANGLES if name == "angle" else LENGTHS
-    match = re.fullmatch(r"\s*([-+.\deE]+?)\s*([a-zA-Z°]*)\s*", text)
+    match = _VALUE.fullmatch(text)
     try:
-        value = float(match.group(1)) * units[match.group(2) or next(iter(units))] if match else math.nan
-    except (ValueError, KeyError):
-        value = math.nan
+        value = float(match[1]) * units.get(match[2], math.nan) if match and match[2] else math.nan
+        bare = match is not None and not match[2] and float(match[1]) > 0
+    except ValueError:
+        value, bare = math.nan, False
     if not (math.isfinite(value) and value > 0):
-        todo = f"Give a positive number, in {' or '.join(units)}; without unit {next(iter(units))} is meant."
-        raise ScenarioError(f"limit {name} = {text.strip()[:40]!r} cannot be used", where=where, todo=todo)
+        shown = text.strip()[:40]
+        if bare:
+            option = "--limit " if where == "--limit" else ""
+            ways = " or ".join(
+                f"{option}{name}{'=' if option else ': '}{shown}{unit}" for unit in _USUAL[units is ANGLES]
+            )
+            raise ScenarioError(f"limit {name} = {shown!r} has no unit", where=where, todo=f"Write {ways}.")
+        todo = f"Give a positive number with its unit: {', '.join(units)}."
+        raise ScenarioError(f"limit {name} = {shown!r} cannot be used", where=where, todo=todo)
     limits[name] = Limit(name, value, source)

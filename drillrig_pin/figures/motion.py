@@ -156,7 +156,7 @@ def hole(subject: Subject) -> Sheet | None:
     against = "the direction it is meant to have" if subject.hole else "its direction at the start"
     caption = (
         f"The feed line from {line.drill} through {line.tip} against {against}: its angle, where it "
-        "meets the face (collar), and the projected toe: collar offset + depth × tan(angle)."
+        "meets the face (collar), and where it would come out at the toe: offset and slope added as vectors."
     )
     return Sheet("hole", "Hole quality", caption, panels)
 
