@@ -15,6 +15,7 @@ from drillrig_pin.declarations import DECLARATIONS, PoseJoint
 from drillrig_pin.elements.loads import LAWS, Term
 from drillrig_pin.elements.problems import attribute_names
 from drillrig_pin.elements.registry import FORCES, GROUP
+from drillrig_pin.model.urdf_table import ACTS_ELSEWHERE, ROBOT, Element, Use
 
 INTRODUCTION = f"""\
 # Grammar of the model file
@@ -30,6 +31,15 @@ so a package can bring further force elements; `README.md` shows one.
 """
 
 
+URDF = """\
+## What of URDF is read
+
+An element or attribute that is not in this table is a warning of `drillrig check` with its line. Numbers are finite
+decimal numbers separated by spaces. `read`: acts on the motion, a fault is an error. `drawn`: looks only, a fault is a
+warning. `ignored`: known, and without effect here.
+"""
+
+
 def grammar_page() -> str:
     """The whole page in Markdown."""
     parts = [INTRODUCTION, "## Declarations\n", *_sections({**DECLARATIONS}.values())]
@@ -37,7 +47,7 @@ def grammar_page() -> str:
     parts += ["## Forces\n", *_sections(FORCES.values())]
     parts += ["Inside `<load>`, exactly one of:\n", *_sections(LAWS.values())]
     parts += ["Inside `<harmonics>`:\n", _section(Term), "## Constraints\n", *_sections(CONSTRAINTS.values())]
-    return "\n".join(parts).rstrip() + "\n"
+    return "\n".join([*parts, *_urdf_section()]).rstrip() + "\n"
 
 
 def _sections(classes: Iterable[type[BaseModel]]) -> list[str]:
@@ -84,3 +94,24 @@ def _shown(value: Any) -> str:
     if isinstance(value, float):
         value = f"{value:g}"
     return f"`{value}`" if value != "" else "none"
+
+
+def _urdf_section() -> list[str]:
+    """What of URDF is read, from the table that the checker uses."""
+    rows = ["| element | attribute | becomes | meaning, unit; default |", "|---|---|---|---|"]
+    words = {Use.READ: "read", Use.LOOKS: "drawn", Use.IGNORED: "ignored"}
+
+    def walk(path: str, element: Element) -> None:
+        where = f"`{path}`"
+        only = f" ({', '.join(element.joints)} joints; in others ignored)" if element.joints else ""
+        inside = "; what stands inside is not looked at" if element.open and element.use is Use.IGNORED else ""
+        rows.append(f"| {where} | | {words[element.use]} | {element.text}{only}{inside} |")
+        for name, attribute in element.attributes.items():
+            needed = "; required" if attribute.required else ""
+            rows.append(f"| {where} | `{name}` | {words[attribute.use]} | {attribute.text}{needed} |")
+        for tag, child in element.children.items():
+            walk(f"{path}/{tag}", child)
+
+    walk("robot", ROBOT)
+    named = ", ".join(f"`{tag}`" for tag in ACTS_ELSEWHERE)
+    return [URDF, *rows, "", f"In `gazebo` and `mujoco` blocks `check` names what acts on the motion there: {named}.\n"]

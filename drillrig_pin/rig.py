@@ -25,6 +25,7 @@ from drillrig_pin.model.modelfile import ModelFile, read_model, read_model_text
 from drillrig_pin.model.nodes import Node
 from drillrig_pin.model.problem import Problem
 from drillrig_pin.model.urdfcheck import check_urdf
+from drillrig_pin.tree import load_tree, massless_joints
 
 T = TypeVar("T")
 
@@ -221,6 +222,7 @@ def assemble_rig(file: ModelFile, elements: Iterable[Element] = ()) -> tuple[Rig
         {item.name: item for item in parsed if isinstance(item, Pose)},
         sources,
     )
+    problems += massless_joints(rig.model, file)
     return _resolvable(rig, problems)
 
 
@@ -261,10 +263,7 @@ def _element(node: Node) -> BaseModel:
 
 
 def _pinocchio_model(file: ModelFile, gravity: tuple[float, float, float]) -> Any:
-    try:
-        model = pin.buildModelFromXML(file.text)
-    except Exception as error:
-        raise ModelError(f"Pinocchio cannot load the model ({' '.join(str(error).split())})", where=file.path) from None
+    model = load_tree(file)
     if model.nv == 0:
         raise ModelError("the model has no moving joint", where=file.path, todo="Nothing of it could vibrate.")
     model.gravity.linear = np.array(gravity)

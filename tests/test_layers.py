@@ -21,6 +21,7 @@ LAYERS: list[tuple[str, ...]] = [
     ("coordinates",),
     ("elements.",),
     ("declarations", "constraints"),
+    ("tree",),
     ("rig", "grammar"),
     ("workspace",),
     ("dependence",),

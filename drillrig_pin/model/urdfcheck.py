@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
-import numpy as np
-
 from drillrig_pin.errors import Source, legal_names
+from drillrig_pin.model.inertias import check_inertias
 from drillrig_pin.model.nodes import Node
+from drillrig_pin.model.numbers import numbers
 from drillrig_pin.model.problem import Problem
+from drillrig_pin.model.tablecheck import check_table
+from drillrig_pin.model.tree_text import child
+from drillrig_pin.model.urdf_table import JOINT_TYPES, ROBOT, is_used
 
-JOINT_TYPES = ("fixed", "revolute", "continuous", "prismatic", "floating")
-#: Elements that URDF readers know below <robot>; anything else is likely a slip.
-ROBOT_CHILDREN = ("link", "joint", "material", "transmission", "gazebo", "mujoco", "drillrig", "ros2_control", "sensor")
-#: Relative slack of the triangle inequality: thin rods meet it with equality up to printed digits.
-TRIANGLE_SLACK = 1e-3
+#: What to write instead of joints that URDF, or another program, has and that are not simulated.
+INSTEAD = {
+    "planar": "Write two prismatic joints and a revolute one in a row, with links without mass between them.",
+    "ball": "Write three revolute joints in a row, with links without mass between them.",
+    "spherical": "Write three revolute joints in a row, with links without mass between them.",
+    "universal": "Write two revolute joints in a row, with a link without mass between them.",
+}
 
 
 def check_urdf(root: Node) -> Iterator[Problem]:
@@ -23,16 +27,12 @@ def check_urdf(root: Node) -> Iterator[Problem]:
     links = {node.attributes.get("name", ""): node for node in root.named("link")}
     if not links:
         yield Problem("error", "the model has no link", root.source)
+    if not root.attributes.get("name"):
+        yield Problem("warning", "the <robot> has no name and is called 'robot'", root.source, "Give it a name.")
     yield from _duplicates(root)
-    for child in root.children:
-        if child.tag not in ROBOT_CHILDREN:
-            advice = legal_names(child.tag, ROBOT_CHILDREN, "elements")
-            yield Problem("warning", f"unknown element <{child.tag}> is ignored", child.source, advice)
-    for tag in ("link", "joint"):
-        for part in root.named(tag):
-            yield from _numbers(part)
-    for link in links.values():
-        yield from _inertia(link)
+    yield from check_table(root)
+    yield from _materials(root)
+    yield from check_inertias(root)
     yield from _joints(root, links)
 
 
@@ -48,85 +48,17 @@ def _duplicates(root: Node) -> Iterator[Problem]:
             seen.setdefault(name, node.source)
 
 
-_NUMERIC = frozenset(("xyz", "rpy", "value", "ixx", "ixy", "ixz", "iyy", "iyz", "izz", "lower", "upper"))
-_NUMERIC |= {"effort", "velocity", "radius", "length", "size", "scale", "rgba"}
-
-
-def _numbers(node: Node) -> Iterator[Problem]:
-    for key, text in node.attributes.items():
-        if key not in _NUMERIC or (node.tag in ("texture", "param")):
-            continue
-        for word in text.split():
-            try:
-                finite = math.isfinite(float(word))
-            except ValueError:
-                finite = False
-            if not finite:
-                yield Problem("error", f"<{node.tag}> {key} = {text!r} is not a finite number", node.source)
-                break
-    for child in node.children:
-        yield from _numbers(child)
-
-
-def _child(node: Node, tag: str) -> Node | None:
-    return next(node.named(tag), None)
-
-
-def _number(node: Node | None, key: str) -> float:
-    try:
-        return float(node.attributes.get(key, "nan")) if node is not None else math.nan
-    except ValueError:
-        return math.nan
-
-
-def _inertia(link: Node) -> Iterator[Problem]:
-    name = link.attributes.get("name", "")
-    shaped = _child(link, "visual") is not None or _child(link, "collision") is not None
-    inertial = _child(link, "inertial")
-    if inertial is None:
-        return
-    mass = _number(_child(inertial, "mass"), "value")
-    if mass < 0:
-        yield Problem("error", f"link {name!r} has the negative mass {mass:g} kg", inertial.source)
-        return
-    if mass == 0 and shaped:
-        yield Problem("warning", f"link {name!r} has geometry but no mass", inertial.source, "Give it its mass.")
-    tensor = _child(inertial, "inertia")
-    if tensor is None:
-        yield Problem("error", f"link {name!r} has a mass but no <inertia>", inertial.source)
-        return
-    xx, xy, xz, yy, yz, zz = (_number(tensor, key) for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"))
-    matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    if not np.isfinite(matrix).all():
-        yield Problem("error", f"link {name!r} has an incomplete inertia tensor", tensor.source)
-        return
-    small, middle, large = np.linalg.eigvalsh(matrix)
-    if small < -TRIANGLE_SLACK * max(large, 1e-300):
-        yield Problem(
-            "error", f"link {name!r}: a principal moment of inertia is negative ({small:g} kg m^2)", tensor.source
-        )
-    elif large > (small + middle) * (1 + TRIANGLE_SLACK):
-        yield Problem(
-            "warning",
-            f"link {name!r}: principal moments {small:.4g}, {middle:.4g}, {large:.4g} kg m^2 break the triangle "
-            "inequality: no body has them",
-            tensor.source,
-            "Check the tensor and the axes it is given in.",
-        )
-
-
 def _joints(root: Node, links: dict[str, Node]) -> Iterator[Problem]:
     parents: dict[str, Node] = {}
     for joint in root.named("joint"):
         name, kind = joint.attributes.get("name", ""), joint.attributes.get("type", "")
         if kind not in JOINT_TYPES:
-            yield Problem(
-                "error", f"joint {name!r} is of type {kind!r}", joint.source, legal_names(kind, JOINT_TYPES, "types")
-            )
-        if _child(joint, "mimic") is not None:
+            advice = f"{INSTEAD.get(kind, '')} {legal_names(kind, JOINT_TYPES, 'types')}".strip()
+            yield Problem("error", f"joint {name!r} is of type {kind!r}", joint.source, advice)
+        if child(joint, "mimic") is not None:
             yield Problem("error", f"joint {name!r} mimics another", joint.source, "Use a loop or a spring instead.")
         for end in ("parent", "child"):
-            node = _child(joint, end)
+            node = child(joint, end)
             link = node.attributes.get("link", "") if node is not None else ""
             if link not in links:
                 yield Problem(
@@ -145,11 +77,21 @@ def _joints(root: Node, links: dict[str, Node]) -> Iterator[Problem]:
                         "Close loops with a <loop> element.",
                     )
                 parents[link] = joint
-        limit = _child(joint, "limit")
+        limit = child(joint, "limit")
         if kind in ("revolute", "prismatic") and limit is None:
             yield Problem("error", f"joint {name!r} has no <limit>", joint.source, "URDF demands one.")
-        if limit is not None and _number(limit, "lower") > _number(limit, "upper"):
+        if limit is not None and kind in ("revolute", "prismatic") and _bounds(limit)[0] > _bounds(limit)[1]:
             yield Problem("error", f"joint {name!r}: the lower limit lies above the upper one", limit.source)
+        axis = child(joint, "axis")
+        if axis is not None and is_used(ROBOT.children["joint"].children["axis"], kind):
+            xyz = numbers(axis.attributes.get("xyz", ""))
+            if xyz and not any(xyz):
+                yield Problem(
+                    "error",
+                    f"joint {name!r}: its axis {axis.attributes['xyz']!r} has no direction",
+                    axis.source,
+                    "Write e.g. 0 0 1 for the z axis of the joint's frame.",
+                )
     roots = [name for name in links if name not in parents]
     if len(roots) > 1:
         yield Problem(
@@ -164,12 +106,57 @@ def _joints(root: Node, links: dict[str, Node]) -> Iterator[Problem]:
         yield from _rings(links, parents)
 
 
+def _bounds(limit: Node) -> tuple[float, float]:
+    """Lower and upper; zero where nothing, or nothing readable, is said."""
+    low, high = (numbers(limit.attributes.get(key, "")) or (0.0,) for key in ("lower", "upper"))
+    return low[0], high[0]
+
+
+def _materials(root: Node) -> Iterator[Problem]:
+    """Materials that are named and not defined, or defined twice with different colours."""
+    uses = [
+        material
+        for link in root.named("link")
+        for visual in link.named("visual")
+        for material in visual.named("material")
+    ]
+    colours: dict[str, tuple[str, Source]] = {}
+    for material in root.named("material"):
+        colour, name = _colour(material), material.attributes.get("name", "")
+        first, where = colours.setdefault(name, (colour, material.source))
+        if first != colour:
+            yield Problem(
+                "warning",
+                f"material {name!r} has another colour at {where}, the last one is drawn",
+                material.source,
+                "Rename one.",
+            )
+    known = {*colours, *(use.attributes.get("name", "") for use in uses if use.children)}
+    missed: dict[str, Source] = {}
+    for use in uses:
+        name = use.attributes.get("name", "")
+        if not use.children and name not in known:
+            missed.setdefault(name, use.source)
+    for name, where in missed.items():
+        yield Problem(
+            "warning",
+            f"material {name!r} is not defined, its shapes are grey",
+            where,
+            legal_names(name, known - {""}, "materials"),
+        )
+
+
+def _colour(material: Node) -> str:
+    colour = child(material, "color")
+    return " ".join(map(str, numbers(colour.attributes.get("rgba", "")) or ())) if colour is not None else ""
+
+
 def _rings(links: dict[str, Node], parents: dict[str, Node]) -> Iterator[Problem]:
     """Links whose joints lead round in a ring and never to the root: URDF readers drop them without a word."""
     for name in links:
         link, passed = name, {name}
         while link in parents:
-            parent = _child(parents[link], "parent")
+            parent = child(parents[link], "parent")
             link = parent.attributes.get("link", "") if parent is not None else ""
             if link in passed:
                 joint = parents[name]
