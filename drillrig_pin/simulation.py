@@ -6,6 +6,7 @@ import os
 import time as clock
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ from drillrig_pin.errors import (
 from drillrig_pin.kinematics import Array
 from drillrig_pin.marching import broken_cylinder, march_core, march_python
 from drillrig_pin.methods import engine_of, method_of
+from drillrig_pin.modes import modes_of
 from drillrig_pin.recorder import Recorder
 from drillrig_pin.rig import Rig
 from drillrig_pin.scenario import Scenario
@@ -89,6 +91,7 @@ class Case:
     Attributes:
         engine: ``core`` or ``python``.
         method: the integrator chosen.
+        modes: the machine's own vibrations about its start.
     """
 
     def __init__(self, rig: Rig, scenario: Scenario) -> None:
@@ -97,6 +100,7 @@ class Case:
         self.engine = engine_of(scenario)
         self._march, rates = march_python(self.dynamics) if self.engine == "python" else march_core(self.dynamics)
         self.method = method_of(scenario, self.engine, self.dynamics, rates)
+        self.modes = modes_of(self.dynamics, rates)
         self._settings = _settings(self.dynamics, scenario, self.method)
         self._samples = sample_times(scenario)
 
@@ -112,7 +116,7 @@ class Case:
             "switches": float(counter.switches),
             "wall_time": clock.perf_counter() - started,
         }
-        return recorder.trajectory(outcome, self.scenario, cost)
+        return replace(recorder.trajectory(outcome, self.scenario, cost), modes=self.modes)
 
     def _outcome(self, recorder: Recorder, counter: Counter, progress: Progress | None) -> Outcome:
         dynamics = self.dynamics

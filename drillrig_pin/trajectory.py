@@ -67,6 +67,16 @@ VARIABLES: dict[str, Variable] = {
 DIMENSIONS = ("joint", "dof", "constraint", "cylinder", "element", "point", "load")
 
 
+class Mode(NamedTuple):
+    """One of the machine's own vibrations about its start: frequency [Hz] and decay d of exp(-d t) [1/s].
+
+    The frequency of a motion that creeps back without swinging is 0.
+    """
+
+    frequency: float
+    decay: float
+
+
 @lru_cache(maxsize=1)
 def versions() -> dict[str, str]:
     """Versions of what decides the numbers, looked up once: reading them takes longer than a short run."""
@@ -103,6 +113,7 @@ class Trajectory:
         kept: the rows of the record where they are not the samples themselves; None: the samples are the record.
         load_frequency: highest frequency of a load that acted [Hz]; 0: none varies; None: not known (an older file).
         sampled_only: True if nothing but samples was kept (an older file): then ``record`` holds no more than they do.
+        modes: own vibrations about the start, the slowest to decay first; empty where nobody knows them.
     """
 
     time: Array
@@ -121,6 +132,7 @@ class Trajectory:
     kept: Kept | None = field(default=None, repr=False, compare=False)
     load_frequency: float | None = field(default=None, repr=False)
     sampled_only: bool = field(default=False, repr=False)
+    modes: tuple[Mode, ...] = field(default=(), repr=False)
 
     @property
     def record(self) -> Trajectory:
@@ -154,6 +166,11 @@ class Trajectory:
                 raise ResultFileError(f"the run has no {dim} {name!r}", todo=legal_names(name, legal, dim + "s"))
             column = column[:, legal.index(name)]
         return column
+
+    @property
+    def record(self) -> Trajectory:
+        """The rows that statistics are made of."""
+        return self
 
     @property
     def energy_residual(self) -> Array:
@@ -211,6 +228,7 @@ class Trajectory:
             "added": json.dumps(self.added),
             "engine": self.engine,
             "method": self.method,
+            "modes": json.dumps(self.modes),
         }
         if not self.sampled_only:
             attributes["record"] = GROUP if groups else SAMPLES
@@ -292,6 +310,7 @@ def load_trajectory(path: str | Path) -> Trajectory:
             kept,
             None if frequency is None else float(frequency),
             "record" not in attributes,
+            _told(attributes.get("modes", "[]"), tuple[Mode, ...]),
         )
     except Exception as error:
         raise damaged(path, error) from None

@@ -31,7 +31,7 @@ LAYERS: list[tuple[str, ...]] = [
     ("integrators", "core", "trajectory"),
     ("recorder",),
     ("marching",),
-    ("methods",),
+    ("methods", "modes"),
     ("simulation",),
     ("accuracy",),
     ("analysis.",),
