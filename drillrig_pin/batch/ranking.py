@@ -12,8 +12,10 @@ from drillrig_pin.batch.importance import Index, Method
 LITTLE = 0.05
 #: Nobody runs more blocks than this to tell two parameters apart.
 MANY = 5000
-#: Fewer blocks than this give a confidence that is none.
-FEW = 4
+#: Fewer blocks than this give a confidence that is none: a bootstrap of a handful of numbers knows no others.
+FEW = 6
+#: Fewer than this rank no more than what was looked at.
+ENOUGH = 10
 #: So many are customary.
 USUAL = 16
 
@@ -54,12 +56,27 @@ def verdict(indices: Sequence[Index], method: Method, blocks: int) -> tuple[str,
             sentence += f" About {advised} {word} would tell them apart."
     elif len(indices) > 1:
         sentence = "The ranking can be trusted: the intervals do not overlap."
+        if blocks < ENOUGH:
+            sentence = (
+                f"The intervals do not overlap, so the ranking can be trusted as far as {blocks} {word} go; "
+                f"{ENOUGH} or more are customary."
+            )
+            advised = USUAL
     else:
         sentence = "There is one parameter, so nothing to rank."
     if little:
         names = ", ".join(short(index.parameter) for index in little)
         sentence += f" Of little matter, less than {100 * LITTLE:.0f} % of the first: {names}."
     return sentence, advised
+
+
+def looked_at(method: Method, designs: int, levels: int) -> str:
+    """What the indices and extremes rest on: the ranges were sampled, not searched."""
+    where = f"{designs} designs at {levels} levels of every range" if method == "morris" else f"{designs} designs"
+    return (
+        f"Looked at: {where}. Between them a narrow peak, such as a resonance, may go unseen: the least and the "
+        "greatest are those of these designs, not of the ranges."
+    )
 
 
 def short(name: str) -> str:

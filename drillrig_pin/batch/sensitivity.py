@@ -13,7 +13,7 @@ import numpy as np
 
 from drillrig_pin.batch.cases import Asker, Case, Plan, require_few
 from drillrig_pin.batch.importance import Analysed, Index, Method, Sensitivity
-from drillrig_pin.batch.ranking import ranked, verdict
+from drillrig_pin.batch.ranking import looked_at, ranked, verdict
 from drillrig_pin.batch.runner import Finished, run_study
 from drillrig_pin.batch.session import TIME_LIMIT_DEFAULT, Listener
 from drillrig_pin.batch.space import Space, parameters, space_of
@@ -231,6 +231,7 @@ def indices_of(sampled: Sampled, y: Array, metric: str, unit: str) -> tuple[list
     rows = list(_morris(sampled, keep, y) if sampled.method == "morris" else _sobol(sampled, y))
     indices = ranked(metric, unit, list(sampled.space.bounds), rows)
     sentence, advised = verdict(indices, sampled.method, used)
+    sentence += " " + looked_at(sampled.method, used * sampled.block, LEVELS)
     scale = float(y.mean()), float(y.min()), float(y.max())
     about = Analysed(metric, unit, used, *scale, sentence, advised)
     return indices, about

@@ -31,7 +31,7 @@ def print_sensitivity(out: Console, result: Sensitivity, finished: Finished, aga
         out.print(_left_out(result, about.blocks), markup=False, style="red")
     worst = f", {result.over} of {result.conditions}" if result.over else ""
     least, mean, greatest = (quantity(v, about.unit) for v in (about.least, about.mean, about.greatest))
-    title = f"{result.metric}{worst}: {least} to {greatest} over all designs, mean {mean}"
+    title = f"{result.metric}{worst}: {least} to {greatest} over the designs looked at, mean {mean}"
     indices = result.of(result.metric)
     known = {parameter.name: parameter for parameter in result.parameters}
     rows = [_row(index, known[index.parameter], indices[0].importance) for index in indices]
