@@ -48,4 +48,5 @@ def test_every_cylinder_of_a_run_is_counted_over_the_time_it_was_counted(mkz49: 
     for count in counts:
         force = run.of("cylinder_force", count.cylinder)[100:]
         assert count.duration == pytest.approx(0.4)
-        assert count.largest == pytest.approx(np.ptp(force))
+        # Peaks between the rows count: at 20 rows of the 48 Hz a row misses 1.2 % of them at most.
+        assert np.ptp(force) <= count.largest <= 1.012 * np.ptp(force)

@@ -14,8 +14,8 @@ from drillrig_pin.analysis.differences import Difference, differences
 from drillrig_pin.analysis.fatigue import cylinder_rainflow
 from drillrig_pin.analysis.hole_quality import hole_quality
 from drillrig_pin.analysis.metrics import measure
-from drillrig_pin.analysis.motion import after
 from drillrig_pin.analysis.quantities import GROUPS, Quantity, quantities
+from drillrig_pin.analysis.window import window_of
 from drillrig_pin.model.modelfile import read_model_text
 from drillrig_pin.trajectory import Trajectory
 
@@ -98,9 +98,9 @@ def compare_runs(runs: Sequence[Trajectory]) -> Comparison:
 def _numbers(run: Trajectory) -> dict[str, Quantity]:
     # The last samples of a run that diverged may be too large to be squared.
     with np.errstate(all="ignore"):
-        metrics = measure(run)
-        steady = after(run, metrics.start_up)
-        return quantities(metrics, hole_quality(run, design_of(run), steady), cylinder_rainflow(run, steady))
+        metrics, window = measure(run), window_of(run)
+        record, rows = window.record, window.rows
+        return quantities(metrics, hole_quality(record, design_of(run), rows), cylinder_rainflow(record, rows))
 
 
 def _change(reference: Quantity, other: Quantity) -> Change:

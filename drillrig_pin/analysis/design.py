@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import numpy as np
 from pydantic import ValidationError
 
-from drillrig_pin.analysis.spectra import HAMMER_BAND
+from drillrig_pin.analysis.spectra import HAMMER_BAND, table_frequency
 from drillrig_pin.elements.contact import Contact
 from drillrig_pin.elements.cylinder import Cylinder
 from drillrig_pin.elements.loads import Harmonics, Load, Table
@@ -27,9 +28,11 @@ class Design:
         relief: gauge pressure at which a cylinder's relief valve opens [Pa], by cylinder.
         contacts: unit world axis into the rock, by contact element.
         ramp: longest smooth start among the loads that acted [s]; 0 without one.
+        shortest_ramp: shortest of them [s]; 0 if one acts in full at once, as a table does.
         slowest: lowest frequency among the sines of these loads [Hz]; 0 without one.
         percussion: frequency of the blows [Hz]: the lowest of these sines in the hammer's band; 0 without one.
         sines: frequencies of the sines of every load that acted [Hz], by load.
+        tables: frequency up to which a load table that acted has something to say [Hz], by load.
         torques: names of the loads that are torques.
         feed: points at the two ends of the feed line, where a drilling force acts and where the tip touches the rock,
             both on one link; None for a machine that does not drill.
@@ -39,9 +42,11 @@ class Design:
     relief: dict[str, float]
     contacts: dict[str, Axis]
     ramp: float
+    shortest_ramp: float
     slowest: float
     percussion: float
     sines: dict[str, tuple[float, ...]]
+    tables: dict[str, float]
     torques: frozenset[str]
     feed: tuple[str, str] | None
 
@@ -55,7 +60,8 @@ def design_of(trajectory: Trajectory, file: ModelFile | None = None) -> Design:
     kinds = {joint.attributes.get("name", ""): joint.attributes.get("type", "") for joint in file.root.named("joint")}
     cylinders, contacts, loads = _built_in(file)
     acting = [load for load in loads if load.name in trajectory.labels["load"]]
-    ramps = [load.law.ramp for load in acting if not isinstance(load.law, Table)]
+    ramps = [0.0 if isinstance(load.law, Table) else load.law.ramp for load in acting]
+    tables = {load.name: np.array(load.law.samples) for load in acting if isinstance(load.law, Table)}
     sines = {
         load.name: tuple(term.frequency for term in load.law.terms if term.frequency > 0 and term.amplitude != 0)
         for load in acting
@@ -67,9 +73,11 @@ def design_of(trajectory: Trajectory, file: ModelFile | None = None) -> Design:
         {cylinder.name: cylinder.relief_pressure for cylinder in cylinders},
         {contact.name: contact.axis for contact in contacts},
         max(ramps, default=0.0),
+        min(ramps, default=0.0),
         min(frequencies, default=0.0),
         min((f for f in frequencies if HAMMER_BAND[0] <= f < HAMMER_BAND[1]), default=0.0),
         sines,
+        {name: table_frequency(samples[:, 0], samples[:, 1]) for name, samples in tables.items()},
         frozenset(load.name for load in loads if load.kind == "torque"),
         _feed(file, contacts, loads),
     )

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from drillrig_pin.analysis.series import turning_points
 from drillrig_pin.kinematics import Array
 from drillrig_pin.trajectory import Trajectory
 
@@ -31,7 +32,9 @@ class Rainflow:
         cylinder: its name.
         duration: time counted [s].
         largest: largest range [N].
-        equivalent: range that, repeated once a second, does the same damage [N]; see :func:`rainflow_ranges`.
+        equivalent: damage-equivalent range at 1 Hz [N]; see :func:`rainflow_ranges`.
+        cycles: cycles counted; half cycles count one half.
+        typical: range that, in as many cycles as were counted, does the same damage [N].
         exponent: m of the damage law.
         bins: equal bins from 0 to the largest range.
     """
@@ -40,6 +43,8 @@ class Rainflow:
     duration: float
     largest: float
     equivalent: float
+    cycles: float
+    typical: float
     exponent: float
     bins: tuple[RangeBin, ...]
 
@@ -49,22 +54,23 @@ class Rainflow:
 
 
 def cylinder_rainflow(trajectory: Trajectory, steady: slice, exponent: float = EXPONENT) -> tuple[Rainflow, ...]:
-    """Rainflow count of every cylinder's force over the samples ``steady``."""
+    """Rainflow count of every cylinder's force over the rows ``steady``, smooth peaks between them included."""
     time = trajectory.time[steady]
     duration = float(time[-1] - time[0])
-    return tuple(
-        rainflow_ranges(name, trajectory.of("cylinder_force", name)[steady], duration, exponent)
-        for name in trajectory.labels["cylinder"]
-    )
+    forces = ((name, trajectory.of("cylinder_force", name)[steady]) for name in trajectory.labels["cylinder"])
+    return tuple(rainflow_ranges(name, turning_points(time, force), duration, exponent) for name, force in forces)
 
 
 def rainflow_ranges(name: str, force: Array, duration: float, exponent: float = EXPONENT) -> Rainflow:
     """Count one force (n) [N] sampled over ``duration`` [s].
 
-        equivalent range = (sum n_i R_i^m / N)^(1/m),   N = duration x 1 Hz,
+        (sum n_i R_i^m / N)^(1/m),   n_i cycles of range R_i, m the exponent:
 
-    n_i cycles of range R_i, m the exponent. Not the life of a part: that needs its section and its S-N line; but of two
-    designs the one with the smaller equivalent range lasts longer, by the ratio to the power m.
+    the typical range with N = sum n_i, never above the largest one, and the damage-equivalent range at 1 Hz with
+    N = duration x 1 Hz. The latter holds how often the force swings as well as how far: one cycle of it a second does
+    the damage of all that were counted, so at 48 cycles a second it lies above the largest range, by up to 48^(1/3).
+    Not the life of a part: that needs its section and its S-N line; but of two designs the one with the smaller range
+    at 1 Hz lasts longer, by the ratio to the power m.
     """
     from rainflow import extract_cycles
 
@@ -79,4 +85,6 @@ def rainflow_ranges(name: str, force: Array, duration: float, exponent: float = 
     bins = tuple(RangeBin(float(edges[i]), float(edges[i + 1]), float(totals[i])) for i in range(BINS))
     damage = float((counts * spans**exponent).sum())
     equivalent = (damage / duration) ** (1.0 / exponent) if duration > 0 else 0.0
-    return Rainflow(name, duration, largest, equivalent, exponent, bins)
+    total = float(counts.sum())
+    typical = float((damage / total) ** (1.0 / exponent)) if total > 0 else 0.0
+    return Rainflow(name, duration, largest, equivalent, total, typical, exponent, bins)

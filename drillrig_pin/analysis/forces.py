@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from drillrig_pin.analysis.design import Design
+from drillrig_pin.analysis.series import extremes, share_above, weights
 from drillrig_pin.elements.cylinder import ATMOSPHERE
+from drillrig_pin.kinematics import Array
 from drillrig_pin.trajectory import Trajectory
 
 #: Below this absolute pressure [Pa] oil releases its air, and the law of the trapped column no longer holds.
@@ -16,14 +18,16 @@ GAS_RELEASE = 1e5
 
 @dataclass(frozen=True, slots=True)
 class CylinderRange:
-    """Extremes of one cylinder over the whole run.
+    """Extremes of one cylinder: of its pressures over the whole run, of its force after the start-up.
+
+    Oil releases air and valves open whenever it is, so their limits hold from the first moment on.
 
     Attributes:
         cylinder: its name.
-        a_min, a_max, b_min, b_max: absolute pressures of the piston and the annulus chamber [Pa].
+        a_min, a_max, b_min, b_max: absolute pressures of the piston and the annulus chamber, whole run [Pa].
         relief: absolute pressure at which the relief valve would open [Pa]; None if the model no longer tells.
-        below, above: share of time a chamber is below gas release, or above relief, from 0 to 1.
-        force_min, force_max: force of the cylinder, positive pushes the pins apart [N].
+        below, above: share of the whole time a chamber is below gas release, or above relief, from 0 to 1.
+        force_min, force_max: force of the cylinder after the start-up, positive pushes the pins apart [N].
     """
 
     cylinder: str
@@ -38,27 +42,25 @@ class CylinderRange:
     force_max: float
 
 
-def cylinder_ranges(trajectory: Trajectory, design: Design) -> tuple[CylinderRange, ...]:
+def cylinder_ranges(trajectory: Trajectory, design: Design, steady: slice) -> tuple[CylinderRange, ...]:
     """Extremes of every cylinder; pressures are absolute, p = p_gauge + 101 325 Pa."""
     found = []
+    time = trajectory.time
     for name in trajectory.labels["cylinder"]:
         a = trajectory.of("pressure_a", name) + ATMOSPHERE
         b = trajectory.of("pressure_b", name) + ATMOSPHERE
-        force = trajectory.of("cylinder_force", name)
+        force = trajectory.of("cylinder_force", name)[steady]
         relief = design.relief[name] + ATMOSPHERE if name in design.relief else None
         lower, upper = np.minimum(a, b), np.maximum(a, b)
         found.append(
             CylinderRange(
                 name,
-                float(a.min()),
-                float(a.max()),
-                float(b.min()),
-                float(b.max()),
+                *extremes(time, a),
+                *extremes(time, b),
                 relief,
-                float((lower < GAS_RELEASE).mean()),
-                float((upper > relief).mean()) if relief is not None else 0.0,
-                float(force.min()),
-                float(force.max()),
+                share_above(time, -lower, -GAS_RELEASE),
+                share_above(time, upper, relief) if relief is not None else 0.0,
+                *extremes(time[steady], force),
             )
         )
     return tuple(found)
@@ -84,18 +86,21 @@ def reaction_ranges(trajectory: Trajectory, design: Design, steady: slice) -> tu
     bilateral contact pulls at it, which no rock does.
     """
     found = []
+    time = trajectory.time[steady]
     for name in trajectory.labels["constraint"]:
         values = trajectory.of("reaction", name)[steady]
         unit = "N m" if is_rotation(name) else "N"
-        found.append(ReactionRange(name, unit, float(values.min()), float(values.mean()), float(values.max())))
+        found.append(_range(name, unit, time, values))
     for name in trajectory.labels["element"]:
         if name in design.contacts:
             values = trajectory.of("element_force", name)[steady]
-            pulled = float((values > 0).mean())
-            found.append(
-                ReactionRange(name, "N", float(values.min()), float(values.mean()), float(values.max()), pulled)
-            )
+            found.append(_range(name, "N", time, values, share_above(time, values, 0.0)))
     return tuple(found)
+
+
+def _range(name: str, unit: str, time: Array, values: Array, tension: float | None = None) -> ReactionRange:
+    least, greatest = extremes(time, values)
+    return ReactionRange(name, unit, least, float(weights(time) @ values), greatest, tension)
 
 
 def is_rotation(row: str) -> bool:

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drillrig_pin.analysis.design import Axis, Design
+from drillrig_pin.analysis.series import greatest, weights
 from drillrig_pin.kinematics import Array
 from drillrig_pin.trajectory import Trajectory
 
@@ -122,14 +123,15 @@ def hole_quality(
     depths: Sequence[float] = DEPTHS,
     direction: Axis | None = None,
 ) -> HoleQuality | None:
-    """Errors of the hole over the samples ``steady``; None where :func:`feed_line` is."""
+    """Errors of the hole over the rows ``steady``; None where :func:`feed_line` is."""
     line = feed_line(trajectory, design, direction)
     if line is None:
         return None
     c, s = line.collar[steady], line.slope[steady]
-    angle = (float(np.arctan(value)) for value in _parts(s))
-    errors = [HoleError("angle", "rad", *angle), HoleError("collar", "m", *_parts(c))]
-    errors += [HoleError(toe_name(depth), "m", *_parts(c + depth * s)) for depth in depths]
+    time = trajectory.time[steady]
+    angle = (float(np.arctan(value)) for value in _parts(time, s))
+    errors = [HoleError("angle", "rad", *angle), HoleError("collar", "m", *_parts(time, c))]
+    errors += [HoleError(toe_name(depth), "m", *_parts(time, c + depth * s)) for depth in depths]
     axis = next(iter(design.contacts.values()), line.direction)
     cosine = float(np.clip(np.dot(axis, line.direction) / np.linalg.norm(axis), -1.0, 1.0))
     return HoleQuality(line.drill, line.tip, line.direction, float(np.arccos(cosine)), tuple(errors))
@@ -140,10 +142,10 @@ def toe_name(depth: float) -> str:
     return f"toe_{depth:g}m"
 
 
-def _parts(offset: Array) -> tuple[float, float, float]:
-    """Length of the mean of vectors (n, 3), greatest departure from that mean, greatest length."""
-    mean = offset.mean(axis=0)
-    return float(_length(mean)), float(_length(offset - mean).max()), float(_length(offset).max())
+def _parts(time: Array, offset: Array) -> tuple[float, float, float]:
+    """Length of the mean over time of vectors (n, 3), greatest departure from that mean, greatest length."""
+    mean = weights(time) @ offset
+    return float(_length(mean)), greatest(time, _length(offset - mean)), greatest(time, _length(offset))
 
 
 def _length(vectors: Array) -> Array:

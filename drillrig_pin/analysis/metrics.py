@@ -13,15 +13,9 @@ from drillrig_pin.analysis.forces import (
     reaction_ranges,
 )
 from drillrig_pin.analysis.hole_quality import HoleQuality, hole_quality
-from drillrig_pin.analysis.motion import (
-    JointRange,
-    PointMotion,
-    after,
-    joint_ranges,
-    point_motion,
-    start_up,
-    survey_point,
-)
+from drillrig_pin.analysis.motion import JointRange, PointMotion, joint_ranges, point_motion, survey_point
+from drillrig_pin.analysis.sampling import Sampling, record_sampling, stored_sampling
+from drillrig_pin.analysis.sources import Source, driven_frequencies, source_of
 from drillrig_pin.analysis.spectra import (
     BOOM_BAND,
     HAMMER_BAND,
@@ -31,17 +25,26 @@ from drillrig_pin.analysis.spectra import (
     strongest_lines,
 )
 from drillrig_pin.analysis.trust import Trust, trust
+from drillrig_pin.analysis.window import Steadiness, Window, window_of
 from drillrig_pin.trajectory import AXES, Trajectory
 
 
 @dataclass(frozen=True, slots=True)
 class Frequencies:
-    """Frequencies of the survey point: the strongest lines [Hz, m], shares of the two bands, width of one bin [Hz]."""
+    """Frequencies of the survey point.
+
+    Attributes:
+        lines: the strongest [Hz, m].
+        boom_share, hammer_share: shares of the two bands, below 15 Hz and 15 to 80 Hz.
+        bin: width of one bin [Hz].
+        sources: where every line comes from.
+    """
 
     lines: tuple[Line, ...]
     boom_share: float
     hammer_share: float
     bin: float
+    sources: tuple[Source, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,15 +52,18 @@ class Metrics:
     """Summary of one run.
 
     Attributes:
-        start_up: length of the start-up transient left out of survey, frequencies and reactions [s].
+        start_up: length of the start-up transient left out of everything but pressures and the joints' whole range [s].
         survey: motion of the survey point, or None if the run tracks no point.
         joints: range of every joint.
-        frequencies: of the survey point; None if the run is too short.
+        frequencies: of the survey point; None if the run is too short, or its rows cannot show the loads.
         hole: errors of the hole, or None for a machine without a feed line.
-        cylinders: extremes of every cylinder, whole run.
+        cylinders: extremes of every cylinder.
         reactions: constraint rows and contacts.
         trust: constraint errors, energy balance, cost.
         warnings: what a designer must not overlook, in words.
+        steadiness: whether the motion has settled by the end of the start-up.
+        sampling: of the rows the statistics are made of.
+        stored: of the samples that curves are made of.
     """
 
     start_up: float
@@ -69,43 +75,74 @@ class Metrics:
     reactions: tuple[ReactionRange, ...]
     trust: Trust
     warnings: tuple[str, ...]
+    steadiness: Steadiness
+    sampling: Sampling
+    stored: Sampling
 
 
 def measure(trajectory: Trajectory) -> Metrics:
     """Read a run. It needs at least one sample; sections without content come out empty or None."""
     design = design_of(trajectory)
-    begin = start_up(trajectory, design)
-    steady = after(trajectory, begin)
+    window = window_of(trajectory, design)
+    record, steady = window.record, window.rows
     point = survey_point(trajectory)
     hole = next(iter(design.contacts.values()), None)
-    cylinders = cylinder_ranges(trajectory, design)
-    reactions = reaction_ranges(trajectory, design, steady)
+    cylinders = cylinder_ranges(record, design, steady)
+    reactions = reaction_ranges(record, design, steady)
     trusted = trust(trajectory)
+    sampling, stored = record_sampling(trajectory, design), stored_sampling(trajectory, design)
     return Metrics(
-        begin,
-        point_motion(trajectory, point, steady, hole) if point else None,
-        joint_ranges(trajectory, design, steady),
-        point_frequencies(trajectory, point, steady) if point else None,
-        hole_quality(trajectory, design, steady),
+        window.start_up,
+        point_motion(record, point, steady, hole) if point else None,
+        joint_ranges(record, design, steady),
+        point_frequencies(window, design, point) if point else None,
+        hole_quality(record, design, steady),
         cylinders,
         reactions,
         trusted,
-        (*_pressure_warnings(cylinders), *_lift_off(reactions, design), *trusted.doubts),
+        (
+            *window_warnings(window, sampling, stored),
+            *_pressure_warnings(cylinders),
+            *_lift_off(reactions, design),
+            *trusted.doubts,
+        ),
+        window.steadiness,
+        sampling,
+        stored,
     )
 
 
-def point_frequencies(trajectory: Trajectory, point: str, steady: slice, count: int = 5) -> Frequencies | None:
-    """Strongest frequencies of a point's displacement, the three axes taken together."""
-    u = trajectory.of("point_displacement", point)[steady]
-    spectrum = amplitude_spectrum(trajectory.time[steady], u)
-    if spectrum is None:
+def point_frequencies(window: Window, design: Design, point: str, count: int = 5) -> Frequencies | None:
+    """Strongest frequencies of a point's displacement, the three axes taken together.
+
+    None where there are too few rows, or where they cannot show the loads: there a line would be at a wrong frequency.
+    """
+    record, rows = window.record, window.rows
+    sampling = record_sampling(record, design)
+    spectrum = amplitude_spectrum(record.time[rows], record.of("point_displacement", point)[rows])
+    if spectrum is None or not sampling.enough:
         return None
+    lines = strongest_lines(spectrum, AXES, count)
+    loads = driven_frequencies(record, design, rows)
     return Frequencies(
-        strongest_lines(spectrum, AXES, count),
+        lines,
         band_share(spectrum, *BOOM_BAND),
         band_share(spectrum, *HAMMER_BAND),
         spectrum.bin,
+        tuple(source_of(line.frequency, spectrum.bin, loads, record.modes, sampling.rate) for line in lines),
     )
+
+
+def window_warnings(window: Window, sampling: Sampling, stored: Sampling) -> list[str]:
+    """What keeps statistics from being what they are called."""
+    found = []
+    if window.steadiness.words:
+        found.append(f"the statistics are {window.steadiness.words}")
+    if not sampling.enough:
+        found.append(f"statistics and frequencies cannot be used, {sampling.words}")
+    elif not stored.enough:
+        found.append(f"curves and exported samples mislead, the statistics do not: {stored.words}")
+    return found
 
 
 def _pressure_warnings(cylinders: tuple[CylinderRange, ...]) -> list[str]:

@@ -41,11 +41,14 @@ MEANINGS = {
     "force_range": Meaning("range of force", "forces", noise=1.0),
     "tension": Meaning("share of time lifted off", "contact", noise=1e-4),
     "greatest": Meaning("greatest force", "forces", noise=1e-3),
-    "equivalent": Meaning("equivalent range (1 Hz)", "load cycles", noise=1.0),
+    "equivalent": Meaning("damage-equivalent range at 1 Hz", "load cycles", noise=1.0),
     "range": Meaning("range", "joints"),
     "strongest": Meaning("strongest frequency", "frequencies", ""),
-    "slow": Meaning("share of 0–15 Hz", "frequencies", "", 1e-3),
+    "slow": Meaning("share below 15 Hz", "frequencies", "", 1e-3),
     "fast": Meaning("share of 15–80 Hz", "frequencies", "", 1e-3),
+    "steady": Meaning("steady (1: yes, 0: not yet)", "trust", ""),
+    "needed": Meaning("length of a run that becomes steady", "trust", "", 0.1),
+    "sampled": Meaning("rows in a period of the fastest load", "trust", "", 0.01),
     "error": Meaning("constraint error", "trust", noise=1e-12),
     "energy": Meaning("energy residual, relative", "trust", noise=1e-8),
     "estimated": Meaning("estimated error of joint positions", "trust", noise=1e-8),
@@ -181,6 +184,13 @@ def _frequencies(metrics: Metrics) -> Iterator[Quantity]:
 
 def _trust(metrics: Metrics) -> Iterator[Quantity]:
     trust = metrics.trust
+    settled, sampling = metrics.steadiness, metrics.sampling
+    if settled.steady is not None:
+        yield Quantity("window.steady", float(settled.steady), "")
+    if settled.needed is not None:
+        yield Quantity("window.needed", settled.needed, "s")
+    if sampling.highest > 0:
+        yield Quantity("window.sampled", sampling.rate / sampling.highest, "")
     if trust.error is not None:
         yield Quantity("trust.error", trust.error, "")
     if trust.relative is not None:

@@ -22,6 +22,7 @@ import pinocchio as pin
 import scipy.linalg
 
 from drillrig_pin.analysis.design import Axis
+from drillrig_pin.analysis.series import rms, weights
 from drillrig_pin.elements.base import Element
 from drillrig_pin.kinematics import Array
 from drillrig_pin.rig import Rig
@@ -60,22 +61,23 @@ def motion_shares(
         trajectory: the run.
         rig: the rig it was made with.
         point: a tracked point.
-        steady: samples after the start-up.
+        steady: rows after the start-up.
         hole: unit direction across which the motion counts; None: motion in all directions.
     """
     elements = [element for element in rig.forces if not element.load and _series(trajectory, element) is not None]
     u = trajectory.of("point_displacement", point)[steady]
     across = np.eye(3) if hole is None else np.eye(3) - np.outer(hole, hole)
-    w = (u - u.mean(axis=0)) @ across
-    whole = float((w**2).sum(axis=1).mean())
+    weight = weights(trajectory.time[steady])
+    w = (u - weight @ u) @ across
+    whole = float(weight @ (w**2).sum(axis=1))
     if not elements or not np.isfinite(whole) or whole <= 0:
         return ()
     x = np.array([_series(trajectory, element) for element in elements])[:, steady]
-    influence = across @ _influence(trajectory, rig, point, steady, elements, x)
-    moved = x - x.mean(axis=1, keepdims=True)
-    shares = (influence.T @ (w.T @ moved.T / len(w))).diagonal() / whole
-    rms = np.linalg.norm(influence, axis=0) * moved.std(axis=1)
-    return tuple(Share(e.name, float(s), float(r)) for e, s, r in zip(elements, shares, rms, strict=True))
+    influence = across @ _influence(trajectory, rig, point, steady, elements, x, weight)
+    moved = x - (x @ weight)[:, None]
+    shares = (influence.T @ ((w * weight[:, None]).T @ moved.T)).diagonal() / whole
+    alone = np.linalg.norm(influence, axis=0) * rms(weight, x.T)
+    return tuple(Share(e.name, float(s), float(r)) for e, s, r in zip(elements, shares, alone, strict=True))
 
 
 def _series(trajectory: Trajectory, element: Element) -> Array | None:
@@ -86,12 +88,15 @@ def _series(trajectory: Trajectory, element: Element) -> Array | None:
     return None
 
 
-def _influence(trajectory: Trajectory, rig: Rig, point: str, steady: slice, elements: list[Element], x: Array) -> Array:
+def _influence(
+    trajectory: Trajectory, rig: Rig, point: str, steady: slice, elements: list[Element], x: Array, weight: Array
+) -> Array:
     """a_e of every element at the mean pose, (3, elements)."""
     space = Workspace(rig, elements)
     space.update(_mean_pose(trajectory, rig, steady), np.zeros(rig.model.nv))
+    middles = x @ weight
     rows = space.rows[space.index]
-    k = np.array([_stiffness(trajectory, element, values) for element, values in zip(elements, x, strict=True)])
+    k = np.array([_stiffness(trajectory, *of) for of in zip(elements, x, middles.tolist(), strict=True)])
     Z = scipy.linalg.null_space(space.J) if space.m else np.eye(rig.model.nv)
     anchor = rig.point(point)
     frame = space.kinematics.frames[4 * anchor.joint : 4 * anchor.joint + 4]
@@ -106,18 +111,20 @@ def _influence(trajectory: Trajectory, rig: Rig, point: str, steady: slice, elem
 
 
 def _mean_pose(trajectory: Trajectory, rig: Rig, steady: slice) -> Array:
-    q = trajectory.q[steady]
-    some = q[:: max(1, len(q) // POSES)]
+    q, time = trajectory.q[steady], trajectory.time[steady]
+    # Equally far apart in time, not in rows.
+    wanted = np.linspace(time[0], time[-1], min(len(q), POSES))
+    some = q[np.unique(np.searchsorted(time, wanted))]
     steps = np.array([pin.difference(rig.model, q[0], other) for other in some])
     pose: Array = pin.integrate(rig.model, q[0], steps.mean(axis=0))
     return pose
 
 
-def _stiffness(trajectory: Trajectory, element: Element, x: Array) -> float:
+def _stiffness(trajectory: Trajectory, element: Element, x: Array, middle: float) -> float:
     """-dF/dx at the mean coordinate [N/m or N m/rad], locked and relaxed at the first sample; at least 0."""
     series = _series(trajectory, element)
     assert series is not None
     law = element.bind(float(series[0]), 0.0)
-    middle, h = float(x.mean()), STEP * float(np.ptp(x)) or 1e-9
+    h = STEP * float(np.ptp(x)) or 1e-9
     low, high = (np.ravel(law.force(np.array([at]), np.zeros(1), 0.0))[0] for at in (middle - h, middle + h))
     return max(0.0, float(low - high) / (2 * h))

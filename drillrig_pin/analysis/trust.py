@@ -69,6 +69,7 @@ def trust(trajectory: Trajectory) -> Trust:
     energy exchanged, the greatest range of kinetic, potential or elastic energy. If that is no more than rounding of
     the total energy or ``NOTHING``, nothing moved and there is no ratio.
     """
+    trajectory = trajectory.record
     residual = float(np.abs(trajectory.energy_residual).max(initial=0.0))
     reference, against = _reference(trajectory)
     wall = trajectory.cost.get("wall_time", 0.0)

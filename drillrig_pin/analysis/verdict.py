@@ -31,20 +31,24 @@ class Level(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One sentence of the verdict: what was found, against a limit or not, and what to do about it."""
+    """One sentence of the verdict: what was found, against a limit or not, and what to do about it.
+
+    ``doubtful``: it keeps the numbers from being judged at all.
+    """
 
     level: Level
     title: str
     sentence: str
     advice: str = ""
     limited: bool = False
+    doubtful: bool = False
 
 
 def findings(
     metrics: Metrics, design: Design, quality: HoleQuality | None, limits: Mapping[str, Limit], outcome: Outcome
 ) -> tuple[Finding, ...]:
     """Everything there is to say about a run, the worst first."""
-    found = [*_computation(metrics, outcome)]
+    found = [*_computation(metrics, outcome), *_statistics(metrics)]
     if quality is not None:
         found += _hole(quality, limits)
     found += _shake(metrics, limits)
@@ -52,7 +56,7 @@ def findings(
     found += pressures or _calm(metrics)
     for reaction in metrics.reactions:
         found += _contact(reaction)
-    found += _source_of_vibration(metrics, design)
+    found += _source_of_vibration(metrics)
     order = list(Level)
     return tuple(sorted(found, key=lambda finding: -order.index(finding.level)))
 
@@ -64,6 +68,9 @@ def headline(found: tuple[Finding, ...]) -> tuple[Level, str]:
     if bad:
         what = "one point needs" if len(bad) == 1 else f"{len(bad)} points need"
         return Level.BAD, f"Not good enough as it is: {what} a change."
+    doubtful = next((finding for finding in found if finding.doubtful), None)
+    if doubtful is not None:
+        return Level.NEAR, f"Not to be judged yet: {doubtful.title[:1].lower()}{doubtful.title[1:]}."
     if near:
         what = "one value is" if len(near) == 1 else f"{len(near)} values are"
         return Level.NEAR, f"Within all limits that are set, but {what} near its limit."
@@ -84,15 +91,37 @@ def _computation(metrics: Metrics, outcome: Outcome) -> list[Finding]:
         advice = "Do not use these numbers. Tighten scenario.integrator.rtol or choose another method, and run again."
         return [*found, Finding(Level.BAD, "The computation is not accurate", f"{_sentence(words)}.", advice)]
     kept = []
-    if trust.error is not None:
-        kept.append(f"the held points stay in place to {trust.error:.1e} m")
     if trust.relative is not None:
         kept.append(f"the energy balance closes to {trust.relative:.1e} of the {trust.against}")
     if trust.estimated is not None:
         kept.append(f"the joint positions are right to about {trust.estimated:.1e} rad or m")
-    if kept:
-        words = f"{_sentence(' and '.join(kept))}. The equations are solved accurately; how well the model describes "
-        found.append(Finding(Level.GOOD, "The computation is accurate", words + "the machine depends on its numbers."))
+    words = f"{_sentence(' and '.join(kept))}. " if kept else ""
+    if trust.error is not None:
+        # Stabilisation and projection see to it in any run, a wrong one too.
+        words += f"The constraints are kept to {trust.error:.1e} m, which says nothing about the motion along them. "
+    if trust.estimated is not None:
+        words += "The equations are solved accurately; how well the model describes the machine depends on its numbers."
+        return [*found, Finding(Level.GOOD, "The computation is accurate", words)]
+    words += "How far the positions are from the exact solution of the equations was not estimated."
+    title = "The energy balance closes" if trust.relative is not None else "The accuracy was not looked at"
+    advice = "Run it with --estimate, which solves a second time, tighter."
+    return [*found, Finding(Level.NOTE, title, words, advice)]
+
+
+def _statistics(metrics: Metrics) -> list[Finding]:
+    """Whether the numbers below are those of a steady motion, of rows that can show it."""
+    found = []
+    if not metrics.sampling.enough:
+        advice = "Run again with more samples a second; spectra are left out, peaks and RMS may be of another motion."
+        sentence = f"{_sentence(metrics.sampling.words)}."
+        found.append(Finding(Level.BAD, "The samples cannot show the loads", sentence, advice, doubtful=True))
+    elif not metrics.stored.enough:
+        sentence = f"{_sentence(metrics.stored.words)}. The statistics are not made of these samples; curves are."
+        found.append(Finding(Level.NOTE, "Curves mislead", sentence))
+    if metrics.steadiness.words:
+        sentence = f"The statistics are {metrics.steadiness.words}."
+        advice = "Until then peaks, RMS and load cycles hold part of the start; held against limits they say little."
+        found.append(Finding(Level.NEAR, "The motion is not steady", sentence, advice, doubtful=True))
     return found
 
 
@@ -177,23 +206,17 @@ def _contact(r: ReactionRange) -> list[Finding]:
     return [Finding(Level.GOOD, r.name, sentence, limited=True)]
 
 
-def _source_of_vibration(metrics: Metrics, design: Design) -> list[Finding]:
+def _source_of_vibration(metrics: Metrics) -> list[Finding]:
     found = metrics.frequencies
     if found is None or metrics.survey is None or not found.lines:
         return []
     line = found.lines[0]
     if line.share < TELLING:
         return []
-    sources = [
-        f"{load} ({frequency:g} Hz)"
-        for load, frequencies in design.sines.items()
-        for frequency in frequencies
-        if abs(frequency - line.frequency) <= found.bin
-    ]
-    cause = f"It is driven by {' and '.join(sources)}." if sources else "No load drives it: it is a motion of its own."
+    cause = f" {found.sources[0].words}" if found.sources else ""
     sentence = (
         f"{percent(line.share)} of the motion of {metrics.survey.point} is at {number(line.frequency, 3)} Hz, mainly "
-        f"along {line.axis}. {cause}"
+        f"{line.way}.{cause}"
     )
     return [Finding(Level.NOTE, "Where the vibration comes from", sentence)]
 

@@ -10,10 +10,12 @@ from drillrig_pin.analysis.fatigue import cylinder_rainflow
 from drillrig_pin.analysis.forces import cylinder_ranges, reaction_ranges
 from drillrig_pin.analysis.hole_quality import hole_quality
 from drillrig_pin.analysis.metrics import Metrics, point_frequencies
-from drillrig_pin.analysis.motion import after, joint_ranges, point_motion, start_up, survey_point
+from drillrig_pin.analysis.motion import joint_ranges, point_motion, survey_point
 from drillrig_pin.analysis.quantities import Quantity, quantities
+from drillrig_pin.analysis.sampling import record_sampling, stored_sampling
 from drillrig_pin.analysis.shares import Share, motion_shares
 from drillrig_pin.analysis.trust import trust
+from drillrig_pin.analysis.window import Window, window_of
 from drillrig_pin.model.modelfile import read_model_text
 from drillrig_pin.rig import Rig, build_rig
 from drillrig_pin.trajectory import Trajectory
@@ -35,6 +37,9 @@ SECTIONS = {
     "strongest": "frequencies",
     "slow": "frequencies",
     "fast": "frequencies",
+    "steady": "trust",
+    "needed": "trust",
+    "sampled": "trust",
     "error": "trust",
     "energy": "trust",
     "steps": "trust",
@@ -67,12 +72,13 @@ def measured(trajectory: Trajectory, patterns: Sequence[str], rig: Rig | None = 
     needed = sections(patterns)
     rig = rig or build_rig(read_model_text(trajectory.model))
     design = design_of(trajectory, rig.file)
-    steady = after(trajectory, start_up(trajectory, design))
+    window = window_of(trajectory, design)
+    record, rows = window.record, window.rows
     found = quantities(
-        _metrics(trajectory, design, steady, needed),
-        hole_quality(trajectory, design, steady) if "hole" in needed else None,
-        cylinder_rainflow(trajectory, steady) if "cycles" in needed else (),
-        _shares(trajectory, rig, design, steady) if "shares" in needed else (),
+        _metrics(trajectory, design, window, needed),
+        hole_quality(record, design, rows) if "hole" in needed else None,
+        cylinder_rainflow(record, rows) if "cycles" in needed else (),
+        _shares(record, rig, design, rows) if "shares" in needed else (),
     )
     return {
         key: found[key] for pattern in patterns for key in found if fnmatchcase(key, pattern) and key not in LEFT_OUT
@@ -84,17 +90,21 @@ def _shares(trajectory: Trajectory, rig: Rig, design: Design, steady: slice) -> 
     return motion_shares(trajectory, rig, point, steady, next(iter(design.contacts.values()), None)) if point else ()
 
 
-def _metrics(trajectory: Trajectory, design: Design, steady: slice, needed: frozenset[str]) -> Metrics:
-    point = survey_point(trajectory)
+def _metrics(trajectory: Trajectory, design: Design, window: Window, needed: frozenset[str]) -> Metrics:
+    record, steady = window.record, window.rows
+    point = survey_point(record)
     contact = next(iter(design.contacts.values()), None)
     return Metrics(
-        start_up=0.0,
-        survey=point_motion(trajectory, point, steady, contact) if point and "motion" in needed else None,
-        joints=joint_ranges(trajectory, design, steady) if "joints" in needed else (),
-        frequencies=point_frequencies(trajectory, point, steady) if point and "frequencies" in needed else None,
+        start_up=window.start_up,
+        survey=point_motion(record, point, steady, contact) if point and "motion" in needed else None,
+        joints=joint_ranges(record, design, steady) if "joints" in needed else (),
+        frequencies=point_frequencies(window, design, point) if point and "frequencies" in needed else None,
         hole=None,
-        cylinders=cylinder_ranges(trajectory, design) if "cylinders" in needed else (),
-        reactions=reaction_ranges(trajectory, design, steady) if "reactions" in needed else (),
+        cylinders=cylinder_ranges(record, design, steady) if "cylinders" in needed else (),
+        reactions=reaction_ranges(record, design, steady) if "reactions" in needed else (),
         trust=trust(trajectory),
         warnings=(),
+        steadiness=window.steadiness,
+        sampling=record_sampling(trajectory, design),
+        stored=stored_sampling(trajectory, design),
     )

@@ -58,13 +58,16 @@ def cylinder_forces(subject: Subject) -> Sheet | None:
 def rainflow(subject: Subject) -> Sheet | None:
     """Rainflow cycles of every cylinder's force by range, per hour of drilling."""
     panels = []
-    for count in cylinder_rainflow(subject.trajectory, subject.steady):
+    for count in cylinder_rainflow(subject.window.record, subject.window.rows):
         if count.largest <= 0 or count.duration <= 0:
             continue
         middles = np.array([(b.low + b.high) / 2 for b in count.bins])
         rates = np.array([count.per_hour(b.count) for b in count.bins])
         unit, factor = force_unit(middles)
-        note = f"equivalent at 1 Hz {count.equivalent * factor:.3g} {unit}, largest {count.largest * factor:.3g} {unit}"
+        note = (
+            f"largest {count.largest * factor:.3g} {unit}, typical {count.typical * factor:.3g} {unit}\n"
+            f"damage of {count.equivalent * factor:.3g} {unit} once a second"
+        )
         bars = (Curve(count.cylinder, middles * factor, rates),)
         panels.append(
             Panel(
@@ -80,8 +83,8 @@ def rainflow(subject: Subject) -> Sheet | None:
             )
         )
     caption = (
-        "Rainflow cycles (ASTM E1049) of the cylinder forces after the start-up, per hour of drilling. Equivalent: the "
-        "range that does the same damage once a second, for damage ~ range³."
+        "Rainflow cycles (ASTM E1049) of the cylinder forces after the start-up, per hour of drilling. Typical: the "
+        "range that does the same damage in as many cycles; once a second it takes a larger one. Damage ~ range³."
     )
     return Sheet("rainflow", "Load cycles of the cylinders", caption, tuple(panels), shared=False) if panels else None
 

@@ -12,7 +12,9 @@ import numpy as np
 from drillrig_pin.analysis.design import Axis, Design, design_of
 from drillrig_pin.analysis.limits import Limit
 from drillrig_pin.analysis.measured import Measurement
-from drillrig_pin.analysis.motion import after, start_up
+from drillrig_pin.analysis.motion import after
+from drillrig_pin.analysis.sampling import Sampling, stored_sampling
+from drillrig_pin.analysis.window import Window, window_of
 from drillrig_pin.kinematics import Array
 from drillrig_pin.trajectory import Trajectory
 
@@ -24,7 +26,9 @@ class Subject:
     Attributes:
         trajectory: a run of at least two samples.
         design: facts of its model.
-        steady: samples after the start-up transient.
+        steady: stored samples after the start-up transient.
+        window: what statistics are made of, see there.
+        stored: whether curves of the stored samples can show the loads.
         limits: what the run is judged by, by name.
         hole: world direction the hole is meant to have; None: that of the feed at the start.
         measurement: a measured displacement of the survey point, if one was given, and the world axis it is along.
@@ -33,6 +37,8 @@ class Subject:
     trajectory: Trajectory
     design: Design
     steady: slice
+    window: Window
+    stored: Sampling
     limits: Mapping[str, Limit] = field(default_factory=dict)
     hole: Axis | None = None
     measurement: Measurement | None = None
@@ -42,7 +48,9 @@ class Subject:
 def subject_of(trajectory: Trajectory, **options: Any) -> Subject:
     """Read the model the run carries; ``options`` are the other fields of a subject."""
     design = design_of(trajectory)
-    return Subject(trajectory, design, after(trajectory, start_up(trajectory, design)), **options)
+    window = window_of(trajectory, design)
+    steady = after(trajectory, window.start_up)
+    return Subject(trajectory, design, steady, window, stored_sampling(trajectory, design), **options)
 
 
 def length_unit(*values: Array) -> tuple[str, float]:

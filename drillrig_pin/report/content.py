@@ -85,7 +85,7 @@ def gather(subject: Subject) -> Content:
 def _gather(subject: Subject) -> Content:
     run, design, limits = subject.trajectory, subject.design, subject.limits
     metrics = measure(run)
-    quality = hole_quality(run, design, subject.steady, limited_depths(limits), subject.hole)
+    quality = hole_quality(subject.window.record, design, subject.window.rows, limited_depths(limits), subject.hole)
     found = findings(metrics, design, quality, limits, run.outcome)
     file = read_model_text(run.model)
     return Content(
@@ -98,7 +98,7 @@ def _gather(subject: Subject) -> Content:
         headline(found),
         found,
         tuple(cards(metrics, quality, limits)),
-        cylinder_rainflow(run, subject.steady),
+        cylinder_rainflow(subject.window.record, subject.window.rows),
         tuple(file.parameters().values()),
         scenario_rows(run.scenario),
         command(run),

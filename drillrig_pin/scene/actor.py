@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from drillrig_pin.analysis.design import design_of
-from drillrig_pin.analysis.motion import after, start_up
+from drillrig_pin.analysis.motion import after
+from drillrig_pin.analysis.window import window_of
 from drillrig_pin.coordinates import Line
 from drillrig_pin.elements.base import Element
 from drillrig_pin.elements.contact import Contact
@@ -70,9 +71,10 @@ class Actor:
         self.trajectory = trajectory
         self.rig, problems = assemble_rig(read_model_text(trajectory.model, "the model in the run"))
         self.shown = usable(trajectory, options)
-        steady = after(trajectory, start_up(trajectory, design_of(trajectory)))
+        window = window_of(trajectory, design_of(trajectory))
+        steady = after(trajectory, window.start_up)
         steady = slice(steady.start, max(self.shown.stop, steady.start + 2))
-        self.fastest = fastest_line(trajectory, steady)
+        self.fastest = fastest_line(window.record, window.rows)
         self._steady = trajectory.q[steady] if np.isfinite(trajectory.q[steady]).all() else trajectory.q[self.shown]
         self.visuals, self.notes = link_visuals(self.rig.file.root)
         # A law that was made by a plugin which is not installed here need not keep anyone from seeing the machine.

@@ -66,11 +66,11 @@ def measured_document(trajectory: Trajectory) -> dict[str, Any]:
 def _numbers(trajectory: Trajectory) -> dict[str, Any]:
     limits = read_limits()
     subject = subject_of(trajectory, limits=limits)
-    metrics = measure(trajectory)
-    quality = hole_quality(trajectory, subject.design, subject.steady, limited_depths(limits), None)
+    metrics, window = measure(trajectory), subject.window
+    quality = hole_quality(window.record, subject.design, window.rows, limited_depths(limits), None)
     found = findings(metrics, subject.design, quality, limits, trajectory.outcome)
     level, sentence = headline(found)
-    counts = cylinder_rainflow(trajectory, subject.steady)
+    counts = cylinder_rainflow(window.record, window.rows)
     return {
         "warnings": metrics.warnings,
         "verdict": {"level": level.value, "sentence": sentence},
