@@ -168,11 +168,6 @@ class Trajectory:
         return column
 
     @property
-    def record(self) -> Trajectory:
-        """The rows that statistics are made of."""
-        return self
-
-    @property
     def energy_residual(self) -> Array:
         """Total energy less its start less work in plus work dissipated, (n) [J]: zero for an exact solution."""
         total: Array = self.energy_kinetic + self.energy_potential + self.energy_elastic

@@ -28,7 +28,7 @@ class Design:
         relief: gauge pressure at which a cylinder's relief valve opens [Pa], by cylinder.
         contacts: unit world axis into the rock, by contact element.
         ramp: longest smooth start among the loads that acted [s]; 0 without one.
-        shortest_ramp: shortest of them [s]; 0 if one acts in full at once, as a table does.
+        shortest_ramp: shortest of them [s]; 0 if one acts in full at once.
         slowest: lowest frequency among the sines of these loads [Hz]; 0 without one.
         percussion: frequency of the blows [Hz]: the lowest of these sines in the hammer's band; 0 without one.
         sines: frequencies of the sines of every load that acted [Hz], by load.
@@ -60,7 +60,7 @@ def design_of(trajectory: Trajectory, file: ModelFile | None = None) -> Design:
     kinds = {joint.attributes.get("name", ""): joint.attributes.get("type", "") for joint in file.root.named("joint")}
     cylinders, contacts, loads = _built_in(file)
     acting = [load for load in loads if load.name in trajectory.labels["load"]]
-    ramps = [0.0 if isinstance(load.law, Table) else load.law.ramp for load in acting]
+    ramps = [load.law.ramp for load in acting]
     tables = {load.name: np.array(load.law.samples) for load in acting if isinstance(load.law, Table)}
     sines = {
         load.name: tuple(term.frequency for term in load.law.terms if term.frequency > 0 and term.amplitude != 0)

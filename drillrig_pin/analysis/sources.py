@@ -80,9 +80,7 @@ def source_of(
         return Source("mode", sentence, "own mode")
     for words, f in _alike(sines):
         if abs(f - frequency) <= width:
-            sentence = (
-                f"No load has this frequency, but {words} has: what is not linear answers there as well."
-            )
+            sentence = f"No load has this frequency, but {words} has: what is not linear answers there as well."
             return Source("combination", sentence, words)
     known = "no mode of the machine at its start is near" if modes else "the machine's own modes are not known"
     return Source("unknown", f"No load has this frequency, and {known}.", "")
