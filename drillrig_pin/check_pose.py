@@ -64,7 +64,7 @@ def _limits(rig: Rig, q: Array, label: str, where: Source) -> Iterator[Problem]:
         if joint.nq != 1:
             continue
         value = q[joint.idx_q]
-        low, high = model.lowerPositionLimit[joint.idx_q], model.upperPositionLimit[joint.idx_q]
+        low, high = rig.limits(joint)
         if not low <= value <= high:
             yield Problem(
                 "error",

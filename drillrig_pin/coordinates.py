@@ -9,7 +9,7 @@ with ``S_a``, ``S_b`` the supports of the two bodies (:mod:`drillrig_pin.kinemat
 =========  =========================================================  ==============================  ================
 kind       x                                                          W = (force, moment)             used by
 =========  =========================================================  ==============================  ================
-joint      q_k, or the angle of a continuous joint                    row is a unit vector            springs, torques
+joint      q_k, of a continuous joint counted on over whole turns     row is a unit vector            springs, torques
 line       \\|P_b - P_a\\|                                            (u, P_b x u), u the unit line   cylinders
 turn       none (a torque does not need one)                          (0, n)                          torques
 slide      n . (P_b - P_a), n fixed in body a or in a third body      (n, P_b x n)                    contact, hold
@@ -41,11 +41,10 @@ def cross(a: Array, b: Array) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class JointCoordinate:
-    """x = q[index_q] of a joint with one dof; the angle in (-pi, pi] of a continuous one, kept as (cos, sin)."""
+    """x = q[index_q] of a joint with one dof; the angle of a continuous one counts on over whole turns."""
 
     index_q: int
     index_v: int
-    continuous: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -221,14 +220,9 @@ class _JointPart:
         self._x = x[: len(joints)]
         self.others = rows[len(joints) :]
         self._index_q = np.array([c.index_q for c in joints], dtype=int)
-        self._continuous = np.array([i for i, c in enumerate(joints) if c.continuous], dtype=int)
         for i, c in enumerate(joints):
             rows[i, c.index_v] = 1.0
 
     def update(self, q: Array) -> None:
-        if not len(self._x):
-            return
-        self._x[:] = q[self._index_q]
-        if self._continuous.size:
-            cosine = self._index_q[self._continuous]
-            self._x[self._continuous] = np.arctan2(q[cosine + 1], q[cosine])
+        if len(self._x):
+            self._x[:] = q[self._index_q]

@@ -103,7 +103,7 @@ class CompiledDynamics:
         kind, values = dynamics.correction.parameters
         self.rig = CompiledRig(
             tree=rig.once("compiled tree", lambda: CompiledTree(rig.model.saveToString())),
-            joints=[n for j in joints for n in (j.index_q, j.index_v, int(j.continuous))],
+            joints=[n for j in joints for n in (j.index_q, j.index_v)],
             counts=[len(turns), len(lines), len(slides), len(angles)],
             a=a,
             b=b,
@@ -153,6 +153,7 @@ class CompiledDynamics:
             step=settings.step,
             rtol=settings.rtol,
             atol=settings.atol,
+            relative=settings.relative,
             max_step=settings.max_step if np.isfinite(settings.max_step) else 0.0,
             projection=settings.projection,
             stops=stops.time,

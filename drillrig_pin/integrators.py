@@ -99,9 +99,15 @@ def _solver(system: System, t: float, y: Array, bound: float, settings: Settings
         return RK4(system.rate, t, y, bound, step=settings.step)
     cls = {"DOP853": DOP853, "Radau": Radau, "LSODA": LSODA}[settings.method]
     first = None if first is None or bound <= t else min(first, bound - t)
-    return cls(
-        system.rate, t, y, bound, rtol=settings.rtol, atol=settings.atol, max_step=settings.max_step, first_step=first
-    )
+    tolerances: dict[str, Any] = {"rtol": settings.rtol, "atol": settings.atol}
+    if settings.endless and cls is LSODA:
+        # It hands them on at once; SciPy warns of relative tolerances below a hundred roundings.
+        tolerances["rtol"] = np.maximum(settings.relative, 100 * np.finfo(float).eps)
+    solver = cls(system.rate, t, y, bound, max_step=settings.max_step, first_step=first, **tolerances)
+    if settings.endless and cls is not LSODA:
+        # Radau wants one number to begin with, and like DOP853 reads it by component at every step.
+        solver.rtol = settings.relative
+    return solver
 
 
 def _advance(solver: Any, counter: Counter) -> None:

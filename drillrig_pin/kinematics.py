@@ -106,23 +106,21 @@ def _address(array: Array) -> int:
 
 
 def velocity_map_is_identity(model: Any) -> bool:
-    """True when dq/dt = v for every joint (revolute and prismatic only)."""
+    """True when dq/dt = v for every joint: none is floating."""
     return bool(model.nq == model.nv)
 
 
 def configuration_rate(model: Any, q: Array, v: Array) -> Array:
     """dq/dt for any joints, (nq).
 
-    Revolute and prismatic: v. Continuous, kept as (cos, sin): v (-sin, cos). Floating: R v_lin for the position and
-    half the quaternion product with (omega, 0) for the orientation, both rates given in the body frame.
+    One dof: v. Floating: R v_lin for the position and half the quaternion product with (omega, 0) for the orientation,
+    both rates given in the body frame.
     """
     rate = np.empty(model.nq)
     for joint in list(model.joints)[1:]:
         iq, iv = joint.idx_q, joint.idx_v
         if joint.nq == joint.nv:
             rate[iq : iq + joint.nq] = v[iv : iv + joint.nv]
-        elif joint.nq == 2:
-            rate[iq : iq + 2] = v[iv] * np.array([-q[iq + 1], q[iq]])
         else:
             x, y, z, w = q[iq + 3 : iq + 7]
             rotation = pin.Quaternion(w, x, y, z).normalized().matrix()

@@ -24,6 +24,7 @@ from drillrig_pin.kinematics import Anchor, Array
 from drillrig_pin.model.modelfile import ModelFile, read_model, read_model_text
 from drillrig_pin.model.nodes import Node
 from drillrig_pin.model.problem import Problem
+from drillrig_pin.model.tree_text import UNLIMITED
 from drillrig_pin.model.urdfcheck import check_urdf
 from drillrig_pin.tree import load_tree, massless_joints
 
@@ -62,7 +63,13 @@ class Rig:
     @cached_property
     def coordinate_names(self) -> list[str]:
         """A name for every entry of q."""
-        return _expand(self.model, "nq", {2: ("cos", "sin"), 7: ("x", "y", "z", "qx", "qy", "qz", "qw")})
+        return _expand(self.model, "nq", {7: ("x", "y", "z", "qx", "qy", "qz", "qw")})
+
+    @cached_property
+    def endless(self) -> tuple[int, ...]:
+        """Entries of q that are angles of continuous joints: they count on over whole turns."""
+        kinds = {node.attributes.get("name"): node.attributes.get("type") for node in self.file.root.named("joint")}
+        return tuple(i for i, name in enumerate(self.coordinate_names) if kinds.get(name) == "continuous")
 
     @cached_property
     def dof_names(self) -> list[str]:
@@ -110,7 +117,12 @@ class Rig:
         joint = self.model.joints[self.model.getJointId(name)]
         if joint.nv != 1:
             raise ModelError(f"joint {name!r} has {joint.nv} dofs, not one", todo="Use a spring between points.")
-        return JointCoordinate(joint.idx_q, joint.idx_v, continuous=joint.nq == 2)
+        return JointCoordinate(joint.idx_q, joint.idx_v)
+
+    def limits(self, joint: Any) -> tuple[float, float]:
+        """Least and greatest position of a joint of the model with one dof [rad or m]; infinite where it has none."""
+        low, high = self.model.lowerPositionLimit[joint.idx_q], self.model.upperPositionLimit[joint.idx_q]
+        return (-math.inf if low <= -UNLIMITED else float(low)), (math.inf if high >= UNLIMITED else float(high))
 
     def configuration(self, pose: str | None = None, positions: Mapping[str, Any] | None = None) -> Array:
         """q of a named pose with some joints given otherwise.
@@ -132,11 +144,12 @@ class Rig:
         if not self.model.existJointName(name):
             raise ScenarioError(f"no moving joint {name!r}", todo=legal_names(name, self.joints, "joints"))
         joint = self.model.joints[self.model.getJointId(name)]
-        wanted = 1 if joint.nv == 1 else joint.nq
-        if len(position) != wanted:
-            raise ScenarioError(f"joint {name!r} takes {wanted} values, not {len(position)}")
-        if joint.nv == 1 and joint.nq == 2:
-            position = (math.cos(position[0]), math.sin(position[0]))
+        if len(position) != joint.nq:
+            how = "Give its position alone: an angle [rad] (no cosine and sine), or a distance [m]."
+            raise ScenarioError(
+                f"joint {name!r} takes {joint.nq} values, not {len(position)}",
+                todo=how if joint.nq == 1 else "Give x y z [m] and the quaternion qx qy qz qw.",
+            )
         if joint.nq == 7:
             length = math.hypot(*position[3:])
             if length == 0:

@@ -247,6 +247,8 @@ def _settings(dynamics: Dynamics, scenario: Scenario, method: str) -> Settings:
     # Velocities of a vibration at 100 1/s are that much larger than its displacements; work is counted in joules.
     atol[dynamics.rig.model.nq : -2] *= 100.0
     atol[-2:] *= 1e5
+    endless = dynamics.rig.endless
+    atol[list(endless)] += chosen.rtol
     return Settings(
         method,
         chosen.step,
@@ -254,4 +256,5 @@ def _settings(dynamics: Dynamics, scenario: Scenario, method: str) -> Settings:
         atol,
         chosen.max_step or np.inf,
         scenario.stabilization.projection and (dynamics.space.m > 0 or dynamics.rig.model.nq != dynamics.rig.model.nv),
+        endless,
     )

@@ -13,7 +13,18 @@ from drillrig_pin.kinematics import Array
 
 @dataclass(frozen=True)
 class Settings:
-    """Method and step control; ``atol`` may differ by component."""
+    """Method and step control.
+
+    Attributes:
+        method: name of the integrator.
+        step: step of RK4 [s].
+        rtol: relative tolerance.
+        atol: absolute tolerance by component of the integrated vector.
+        max_step: longest step [s].
+        projection: whether accepted steps are put back onto the constraints.
+        endless: components whose size says nothing: angles that count on over whole turns. Their error may be
+            ``atol`` + ``rtol``, that of one radian, however far they have turned.
+    """
 
     method: str
     step: float
@@ -21,6 +32,14 @@ class Settings:
     atol: Array
     max_step: float
     projection: bool
+    endless: tuple[int, ...] = ()
+
+    @property
+    def relative(self) -> Array:
+        """Relative tolerance by component."""
+        relative = np.full(len(self.atol), self.rtol)
+        relative[list(self.endless)] = 0.0
+        return relative
 
 
 class StoppedError(Exception):

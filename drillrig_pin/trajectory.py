@@ -14,9 +14,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from pydantic import TypeAdapter
 
+from drillrig_pin.columns import unit_of
 from drillrig_pin.errors import Outcome, ResultFileError, Status, legal_names
 from drillrig_pin.kinematics import Array
 from drillrig_pin.model.nodes import short_path
+from drillrig_pin.older import count_turns
 from drillrig_pin.scenario import Scenario
 from drillrig_pin.storage import Column, damaged, read_netcdf, write_csv, write_mat, write_netcdf
 
@@ -246,12 +248,14 @@ class Trajectory:
 
     def _flat(self) -> tuple[list[str], Array]:
         names, columns = ["time [s]"], [self.time[:, None]]
+        of_joints = {"joint", "dof", "element"}
         for name, meaning in VARIABLES.items():
             suffixes = [""]
             for dim in meaning.dims:
                 words = AXES if dim == "axis" else self.labels[dim]
                 suffixes = [f"{suffix}.{word}" for suffix in suffixes for word in words]
-            names += [f"{name}{suffix} [{meaning.unit}]" for suffix in suffixes]
+            model = self.model if of_joints & set(meaning.dims) else ""
+            names += [f"{name}{suffix} [{unit_of(meaning.unit, suffix[1:], model)}]" for suffix in suffixes]
             columns.append(self.arrays[name].reshape(len(self.time), len(suffixes)))
         return names, np.hstack(columns)
 
@@ -276,12 +280,14 @@ def load_trajectory(path: str | Path) -> Trajectory:
         raise ResultFileError("not a result file of drillrig", where=short_path(path))
     try:
         _require_shapes(arrays, labels)
-        kept = None
+        kept, names = None, {**labels}
         if attributes.get("record") == GROUP:
             rows = read_netcdf(path, ["time", *VARIABLES], (), GROUP)[0]
             _require_shapes(rows, labels)
+            count_turns(rows, names)
             kept = Kept(rows.pop("time"), rows)
         frequency = attributes.get("load_frequency")
+        count_turns(arrays, labels)
         outcome = Outcome(
             Status[attributes["status"]],
             float(attributes["end_time"]),

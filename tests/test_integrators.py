@@ -114,17 +114,15 @@ def test_a_free_body_falls_and_keeps_its_angular_momentum(method: str) -> None:
     np.testing.assert_allclose(np.linalg.norm(run.q[:, 3:7], axis=1), 1.0, atol=1e-8)
 
 
-def test_a_continuous_joint_turns_many_times_without_losing_its_circle() -> None:
+def test_a_continuous_joint_counts_its_turns() -> None:
     wheel = robot(
         link("wheel", 1.0),
         joint("axle", "continuous", "world", "wheel"),
         extension=NO_GRAVITY + point("P", "wheel", (1, 0, 0)),
     )
     run = simulate(load_rig_text(wheel), Scenario(duration=2.0, output_rate=500, velocities={"axle": 50.0}))
-    angle = np.unwrap(np.arctan2(run.q[:, 1], run.q[:, 0]))
     # Tolerance 1e-8 over sixteen turns.
-    np.testing.assert_allclose(angle, 50.0 * run.time, atol=1e-6)
-    np.testing.assert_allclose(np.hypot(run.q[:, 0], run.q[:, 1]), 1.0, atol=1e-14)
+    np.testing.assert_allclose(run.q[:, 0], 50.0 * run.time, atol=1e-6)
 
 
 @pytest.mark.parametrize("method", METHODS)

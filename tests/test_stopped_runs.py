@@ -94,7 +94,7 @@ def test_a_singular_configuration_during_the_motion_stops_the_run(method: str, r
     run = simulate(rig, case)
     assert run.outcome.status is Status.SINGULAR, run.outcome
     assert "wrist.x, wrist.y" in run.outcome.cause
-    angle = np.arctan2(run.q[:, 1], run.q[:, 0])
+    angle = run.q[:, 0]
     # It came that far, to within a sample, and kept nothing of what it cannot know.
     assert (angle < np.pi / 2).all()
     assert angle[-1] > np.pi / 2 - 1.6 * run.v[-1, 0] / rate
@@ -107,7 +107,7 @@ def test_a_motion_that_only_comes_near_a_singular_configuration_goes_on() -> Non
     start = {"crank_joint": 0.3, "rod_joint": -0.6, "slide": 0.76}
     run = simulate(rig, Scenario(duration=1.0, positions=start, velocities={"crank_joint": 20.0}))
     assert run.outcome.completed, run.outcome
-    assert np.ptp(np.unwrap(np.arctan2(run.q[:, 1], run.q[:, 0]))) > 2
+    assert np.ptp(run.q[:, 0]) > 2
     assert np.abs(run.constraint_error).max() < 1e-12
 
 

@@ -95,8 +95,7 @@ RigSpec make_spec(std::shared_ptr<const Tree> tree, const Integers& joints, cons
   RigSpec spec;
   spec.tree = std::move(tree);
   Coordinates& all = spec.coordinates;
-  for (std::size_t i = 0; i + 2 < joints.size(); i += 3)
-    all.joints.push_back({joints[i], joints[i + 1], joints[i + 2] != 0});
+  for (std::size_t i = 0; i + 1 < joints.size(); i += 2) all.joints.push_back({joints[i], joints[i + 1]});
   all.turns = counts.at(0), all.lines = counts.at(1), all.slides = counts.at(2), all.angles = counts.at(3);
   all.a = anchors_of(a), all.b = anchors_of(b), all.c = anchors_of(c);
   all.base = base, all.moving = moving;
@@ -183,18 +182,19 @@ bool rates_at(const RigSpec& spec, const Array& times, const Array& states, cons
 }
 
 nb::tuple run_case(const RigSpec& spec, const Array& y0, int method, double step, double rtol, const Array& atol,
-                   double max_step, bool projection, const Array& stops, const Array& ends, const Array& starts,
-                   const Flags& kept, const Flags& breaks, std::vector<std::optional<Array>> arrays, nb::object law,
+                   const Array& relative, double max_step, bool projection, const Array& stops, const Array& ends,
+                   const Array& starts, const Flags& kept, const Flags& breaks, std::vector<std::optional<Array>> arrays, nb::object law,
                    nb::object switches, nb::object beat) {
   Borrowed borrowed{law, switches, beat, std::nullopt};
   Dynamics dynamics(spec, borrowed.callback());
   require(y0, dynamics.size(), "y0");
-  if (atol.size() != static_cast<std::size_t>(dynamics.size()) || stops.size() != kept.size() ||
+  const auto size = static_cast<std::size_t>(dynamics.size());
+  if (atol.size() != size || relative.size() != size || stops.size() != kept.size() ||
       stops.size() != breaks.size() || stops.size() != ends.size() || stops.size() != starts.size() ||
       stops.size() < 2)
     throw std::invalid_argument("settings of a run do not fit the rig");
-  RunSettings settings{static_cast<Method>(method), step, rtol, max_step, projection, all_of(atol), all_of(stops),
-                       all_of(ends), all_of(starts), all_of(kept), all_of(breaks)};
+  RunSettings settings{static_cast<Method>(method), step, rtol, max_step, projection, all_of(atol), all_of(relative),
+                       all_of(stops), all_of(ends), all_of(starts), all_of(kept), all_of(breaks)};
   std::size_t samples = 0;
   for (const unsigned char keep : settings.kept) samples += keep != 0;
   const std::size_t widths[] = {1, static_cast<std::size_t>(dynamics.nq), static_cast<std::size_t>(dynamics.nv),
@@ -265,7 +265,7 @@ NB_MODULE(_drillrig, module) {
            "Everything the right-hand side computes at (t, y), by name.")
       .def("rates", &rates_at, "times"_a, "states"_a, "rates"_a, "law"_a = nb::none(),
            "Right-hand sides at times (k) and states (k, size), into rates (k, size); true if one is singular.")
-      .def("run", &run_case, "y0"_a, "method"_a, "step"_a, "rtol"_a, "atol"_a, "max_step"_a, "projection"_a, "stops"_a,
+      .def("run", &run_case, "y0"_a, "method"_a, "step"_a, "rtol"_a, "atol"_a, "relative"_a, "max_step"_a, "projection"_a, "stops"_a,
            "ends"_a, "starts"_a, "kept"_a, "breaks"_a, "arrays"_a, "law"_a = nb::none(), "switches"_a = nb::none(),
            "beat"_a = nb::none(),
            "Integrate from stops[0] to stops[-1]; fills the arrays; returns (error, status, time, samples, steps, "

@@ -71,10 +71,7 @@ void Dynamics::place(const double* q) {
   const Coordinates& c = spec_.coordinates;
   const double* frames = tree_.frames();
   const int nj = static_cast<int>(c.joints.size());
-  for (int i = 0; i < nj; ++i) {
-    const JointCoordinate& joint = c.joints[i];
-    x[i] = joint.continuous ? std::atan2(q[joint.index_q + 1], q[joint.index_q]) : q[joint.index_q];
-  }
+  for (int i = 0; i < nj; ++i) x[i] = q[c.joints[i].index_q];
   int k = 0;
   for (const int end = c.turns; k < end; ++k) {
     axis_[k] = world(frames, c.a[k]);

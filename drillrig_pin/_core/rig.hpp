@@ -18,7 +18,6 @@ struct Anchor {
 // Coordinates in the order of their kinds (drillrig_pin/coordinates.py): joints, turns, lines, slides, angles.
 struct JointCoordinate {
   int index_q, index_v;
-  bool continuous;
 };
 
 struct Coordinates {

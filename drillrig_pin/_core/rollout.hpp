@@ -15,7 +15,7 @@ struct RunSettings {
   double rtol = 1e-8;
   double max_step = 0.0;  // 0: none
   bool projection = true;
-  std::vector<double> atol;         // by component of y
+  std::vector<double> atol, relative;  // by component of y; relative: rtol, or 0 where size says nothing
   std::vector<double> stops;        // increasing; samples and breaks
   std::vector<double> ends;         // where the step to each ends: itself, or just before a jump of a force
   std::vector<double> starts;       // where the next one begins: itself, or just behind the jump

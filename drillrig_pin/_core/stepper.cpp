@@ -45,7 +45,8 @@ double Stepper::first_step(double bound) {
   const double interval = bound - t;
   if (interval <= 0.0) return 0.0;
   const Eigen::Map<const Eigen::VectorXd> atol(settings_.atol.data(), n_);
-  scale_ = atol + y.cwiseAbs() * settings_.rtol;
+  const Eigen::Map<const Eigen::VectorXd> relative(settings_.relative.data(), n_);
+  scale_ = atol + y.cwiseAbs().cwiseProduct(relative);
   const double root = std::sqrt(static_cast<double>(n_));
   const double d0 = y.cwiseQuotient(scale_).norm() / root, d1 = f.cwiseQuotient(scale_).norm() / root;
   double h0 = d0 < 1e-5 || d1 < 1e-5 ? 1e-6 : 0.01 * d0 / d1;
@@ -127,6 +128,7 @@ Status Stepper::rk4(double bound) {
 Status Stepper::dop853(double bound) {
   using namespace drillrig::dop853;
   const Eigen::Map<const Eigen::VectorXd> atol(settings_.atol.data(), n_);
+  const Eigen::Map<const Eigen::VectorXd> relative(settings_.relative.data(), n_);
   const double shortest = this->shortest();
   double h_abs = std::max(std::min(h_, longest()), shortest);
   bool rejected = false;
@@ -150,7 +152,7 @@ Status Stepper::dop853(double bound) {
       if (B[j] != 0.0) sum_ += B[j] * K_.col(j);
     y_new_ = y + h * sum_;
     if ((status = evaluate(t_new, y_new_, K_.col(kStages).data())) != Status::completed) return status;
-    scale_ = atol + y.cwiseAbs().cwiseMax(y_new_.cwiseAbs()) * settings_.rtol;
+    scale_ = atol + y.cwiseAbs().cwiseMax(y_new_.cwiseAbs()).cwiseProduct(relative);
     double e5 = 0.0, e3 = 0.0;
     for (int i = 0; i < n_; ++i) {
       double five = 0.0, three = 0.0;
@@ -186,6 +188,7 @@ Status Stepper::dop853(double bound) {
 
 Status Stepper::rodas(double bound) {
   const Eigen::Map<const Eigen::VectorXd> atol(settings_.atol.data(), n_);
+  const Eigen::Map<const Eigen::VectorXd> relative(settings_.relative.data(), n_);
   const double shortest = this->shortest();
   double h_abs = std::max(std::min(h_, longest()), shortest);
   bool rejected = false;
@@ -196,7 +199,7 @@ Status Stepper::rodas(double bound) {
     const Status status = stiff_->step(t, h, y, f, y_new_, sum_);
     evaluations += stiff_->take_evaluations();
     if (status != Status::completed) return status;
-    scale_ = atol + y.cwiseAbs().cwiseMax(y_new_.cwiseAbs()) * settings_.rtol;
+    scale_ = atol + y.cwiseAbs().cwiseMax(y_new_.cwiseAbs()).cwiseProduct(relative);
     const double error = sum_.cwiseQuotient(scale_).norm() / std::sqrt(static_cast<double>(n_));
     const double factor = std::isfinite(error) ? kSafety * std::pow(std::max(error, 1e-10), -0.25) : kMinFactor;
     if (error < 1.0) {

@@ -70,7 +70,8 @@ double Stepper::exponential_error() {
   past_->prepare();
   past_->error(error_);
   const Eigen::Map<const Eigen::VectorXd> atol(settings_.atol.data(), n_);
-  scale_ = atol + y.cwiseAbs() * settings_.rtol;
+  const Eigen::Map<const Eigen::VectorXd> relative(settings_.relative.data(), n_);
+  scale_ = atol + y.cwiseAbs().cwiseProduct(relative);
   const int n = n_ - 2;
   // With this margin the method errs about as much as DOP853 at the same tolerance, whose estimate is of a lower order.
   constexpr double kMargin = 10.0;

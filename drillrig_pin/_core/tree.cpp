@@ -121,9 +121,6 @@ void TreeWorkspace::rate(const double* q, const double* v, double* dq) const {
     const int iq = joint.idx_q(), iv = joint.idx_v();
     if (joint.nq() == joint.nv()) {
       for (int k = 0; k < joint.nq(); ++k) dq[iq + k] = v[iv + k];
-    } else if (joint.nq() == 2) {
-      dq[iq] = -v[iv] * q[iq + 1];
-      dq[iq + 1] = v[iv] * q[iq];
     } else {
       const double x = q[iq + 3], y = q[iq + 4], z = q[iq + 5], w = q[iq + 6];
       const Eigen::Matrix3d R = Eigen::Quaterniond(w, x, y, z).normalized().toRotationMatrix();

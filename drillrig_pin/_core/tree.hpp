@@ -31,7 +31,7 @@ class Tree {
   int nv() const;
   int njoints() const;
   std::vector<JointSpan> spans() const;
-  bool simple() const;  // dq/dt = v: revolute and prismatic joints only
+  bool simple() const;  // dq/dt = v: no floating joint
 
   const TreeImpl& impl() const { return *impl_; }
 
@@ -62,7 +62,7 @@ class TreeWorkspace {
 
   void rate(const double* q, const double* v, double* dq) const;  // dq/dt for any joint
   void integrate(double* q, const double* step) const;            // q <- q (+) step
-  void normalize(double* q) const;                                // unit quaternions and (cos, sin)
+  void normalize(double* q) const;                                // unit quaternions
 
  private:
   const Tree& tree_;

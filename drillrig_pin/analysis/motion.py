@@ -148,7 +148,7 @@ def joint_ranges(trajectory: Trajectory, design: Design, steady: slice) -> tuple
 def joint_motions(trajectory: Trajectory, design: Design) -> Iterator[tuple[str, str, Array]]:
     """Name, unit (rad or m) and position less initial position (n) of everything that a joint lets move.
 
-    A continuous joint gives its unwrapped angle; a floating one its three translations and the angle it has turned.
+    A floating joint gives its three translations and the angle it has turned.
     """
     columns = {name: trajectory.q[:, i] for i, name in enumerate(trajectory.labels["joint"])}
     for joint, kind in design.kinds.items():
@@ -159,8 +159,5 @@ def joint_motions(trajectory: Trajectory, design: Design) -> Iterator[tuple[str,
             quaternion = np.stack([columns[f"{joint}.q{c}"] for c in "xyzw"], axis=1)
             cosine = np.clip(np.abs(quaternion @ quaternion[0]), 0.0, 1.0)
             yield f"{joint}.turn", "rad", 2.0 * np.arccos(cosine)
-        elif kind == "continuous" and f"{joint}.cos" in columns:
-            angle = np.unwrap(np.arctan2(columns[f"{joint}.sin"], columns[f"{joint}.cos"]))
-            yield joint, "rad", angle - angle[0]
         elif joint in columns:
             yield joint, "m" if kind == "prismatic" else "rad", columns[joint] - columns[joint][0]

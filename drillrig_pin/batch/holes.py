@@ -196,9 +196,8 @@ class _Search:
         lower, upper = np.full(self.rig.model.nv, -np.inf), np.full(self.rig.model.nv, np.inf)
         for _, joint in self._joints():
             if joint.nq == joint.nv == 1:
-                at = q[joint.idx_q]
-                lower[joint.idx_v] = self.rig.model.lowerPositionLimit[joint.idx_q] - at
-                upper[joint.idx_v] = self.rig.model.upperPositionLimit[joint.idx_q] - at
+                at, (low, high) = q[joint.idx_q], self.rig.limits(joint)
+                lower[joint.idx_v], upper[joint.idx_v] = low - at, high - at
         return lower[self.free], upper[self.free]
 
     def moved(self, q: Array, step: Array) -> Array:
@@ -253,10 +252,7 @@ class _Search:
         positions: dict[str, float | list[float]] = {}
         for name, joint in self._joints():
             values = q[joint.idx_q : joint.idx_q + joint.nq].tolist()
-            if joint.nv == 1:
-                positions[name] = values[0] if joint.nq == 1 else math.atan2(values[1], values[0])
-            else:
-                positions[name] = values
+            positions[name] = values[0] if joint.nq == 1 else values
         return Aimed(positions, tuple(tip.tolist()), tuple(axis.tolist()), error)
 
     def unreachable(self, q: Array, step: Array, hole: Array, direction: Array) -> UnreachableError:

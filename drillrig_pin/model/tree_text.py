@@ -5,17 +5,23 @@ Its reader drops what it cannot read and tells only the terminal. So it gets cle
 
 from __future__ import annotations
 
+import sys
 from xml.etree import ElementTree
 
 from drillrig_pin.model.nodes import Node
 from drillrig_pin.model.numbers import placement, vector
 from drillrig_pin.model.urdf_table import ROBOT, is_used
 
+#: Limit of a joint that has none, as Pinocchio writes it; infinity cannot be handed on to the compiled core as text.
+UNLIMITED = sys.float_info.max
 INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
 def tree_text(root: Node) -> str:
     """URDF of the bare tree.
+
+    A continuous joint is handed over as a revolute one without limits. Pinocchio would keep its angle as cosine and
+    sine and so forget whole turns; a spring, a motor's work and a table of results need the angle that counts on.
 
     Raises:
         ModelError: a number that cannot be read; :func:`drillrig_pin.model.urdfcheck.check_urdf` finds all of them.
@@ -55,7 +61,8 @@ def _inertial(element: ElementTree.Element, inertial: Node) -> None:
 
 def _joint(robot: ElementTree.Element, joint: Node) -> None:
     kind = joint.attributes.get("type", "")
-    element = ElementTree.SubElement(robot, "joint", {"name": joint.attributes.get("name", ""), "type": kind})
+    words = {"name": joint.attributes.get("name", ""), "type": "revolute" if kind == "continuous" else kind}
+    element = ElementTree.SubElement(robot, "joint", words)
     _origin(element, child(joint, "origin"))
     for end in ("parent", "child"):
         node = child(joint, end)
@@ -63,6 +70,9 @@ def _joint(robot: ElementTree.Element, joint: Node) -> None:
     parts = ROBOT.children["joint"].children
     if is_used(parts["axis"], kind):
         ElementTree.SubElement(element, "axis", {"xyz": _words(vector(child(joint, "axis"), "xyz", (1.0, 0.0, 0.0)))})
+    if kind == "continuous":
+        bounds = {"lower": repr(-UNLIMITED), "upper": repr(UNLIMITED)}
+        ElementTree.SubElement(element, "limit", {**bounds, "effort": "0", "velocity": "0"})
     if is_used(parts["limit"], kind):
         limit = child(joint, "limit")
         # What a motor can do is not asked here, and its reader refuses a limit that does not say it.

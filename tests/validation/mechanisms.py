@@ -46,9 +46,9 @@ def _slider_crank(engine: str, seconds: float) -> Iterator[Row]:
     case = Scenario(duration=seconds, velocities={"crank_joint": 70.0}, positions={"crank_joint": 0.3}, engine=engine)
     run = simulate(rig, case.changed(TIGHT))
     q, v = run.q, run.v
-    theta = np.arctan2(q[:, 1], q[:, 0])
+    theta = q[:, 0]
     rod, slider = crank_motion(theta)
-    off = max(np.abs(_circle(q[:, 2] - rod)).max(), np.abs(q[:, 3] - slider).max())
+    off = max(np.abs(_circle(q[:, 1] - rod)).max(), np.abs(q[:, 2] - slider).max())
     slopes = np.stack([derivative(lambda s, i=i: crank_motion(s)[i], theta) for i in (0, 1)], axis=1)
     slip = np.abs(v[:, 1:] - slopes * v[:, :1]).max() / np.abs(v[:, 0]).max()
     yield from _kinematics(f"slider-crank, {_turns(theta):.1f} turns, {engine}", "sine law", off, slip)
