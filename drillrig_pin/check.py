@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,8 @@ from drillrig_pin.model.modelfile import ModelFile, read_model, read_model_text
 from drillrig_pin.model.problem import Problem
 from drillrig_pin.model.urdfcheck import check_urdf
 from drillrig_pin.rig import Rig, assemble_rig, parse_elements
+from drillrig_pin.scene.links import machine_size
+from drillrig_pin.scene.visuals import link_visuals
 
 
 def check_model(
@@ -77,7 +80,7 @@ def _check_rig(file: ModelFile) -> list[Problem]:
         rig, problems = assemble_rig(file)
     except ModelError as error:
         return [_as_problem(error, file.path)]
-    problems = [*problems, *_same_body(rig), *_doubtful(rig)]
+    problems = [*problems, *_same_body(rig), *_doubtful(rig), *_looks(rig)]
     sound = not any(problem.severity == "error" for problem in problems)
     for pose in rig.poses or [None]:
         problems += check_pose(rig, pose, statics=sound)
@@ -92,6 +95,24 @@ def _doubtful(rig: Rig) -> list[Problem]:
         for remark in element.remarks()
         if remark.advice
     ]
+
+
+def _looks(rig: Rig) -> list[Problem]:
+    """Shapes that are not drawn as the file means them."""
+    faults = link_visuals(rig.file.root, rig.file.folder, machine_size(rig))[1]
+    # What the tree's own check says of an attribute need not be said again.
+    said = {(problem.source, _quoted(problem.message)) for problem in check_urdf(rig.file.root)}
+    return [
+        Problem("warning", str(fault), fault.source, fault.todo)
+        for fault in faults
+        if (fault.source, _quoted(fault.what)) not in said
+    ]
+
+
+def _quoted(message: str) -> str:
+    """The attribute and the value a message is about, as in ``rgba = '1 0'``."""
+    found = re.search(r"\S+ = '[^']*'", message)
+    return found.group() if found else message
 
 
 def _same_body(rig: Rig) -> list[Problem]:

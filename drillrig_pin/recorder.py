@@ -120,7 +120,8 @@ class Recorder:
         added = tuple(repr(element) for element in forces if element.name not in rig.sources)
         file = rig.file
         origin = (file.text, dict(file.arguments), cost, notes, added, self.engine, self.method)
-        return Trajectory(self._time[:n], arrays, labels, outcome, scenario, *origin)
+        folder = str(file.folder or "")
+        return Trajectory(self._time[:n], arrays, labels, outcome, scenario, *origin, folder=folder)
 
 
 class _Oil:

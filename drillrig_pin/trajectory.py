@@ -114,6 +114,7 @@ class Trajectory:
         made_with: versions of the software that computed it, which need not be those that read it.
         kept: the rows of the record where they are not the samples themselves; None: the samples are the record.
         load_frequency: highest frequency of a load that acted [Hz]; 0: none varies; None: not known (an older file).
+        folder: where the model file lay; relative names of meshes count from it. A hint: it need not exist here.
         sampled_only: True if nothing but samples was kept (an older file): then ``record`` holds no more than they do.
         modes: own vibrations about the start, the slowest to decay first; empty where nobody knows them.
     """
@@ -135,6 +136,7 @@ class Trajectory:
     load_frequency: float | None = field(default=None, repr=False)
     sampled_only: bool = field(default=False, repr=False)
     modes: tuple[Mode, ...] = field(default=(), repr=False)
+    folder: str = field(default="", repr=False, compare=False)
 
     @property
     def record(self) -> Trajectory:
@@ -226,6 +228,7 @@ class Trajectory:
             "engine": self.engine,
             "method": self.method,
             "modes": json.dumps(self.modes),
+            "folder": self.folder,
         }
         if not self.sampled_only:
             attributes["record"] = GROUP if groups else SAMPLES
@@ -312,6 +315,7 @@ def load_trajectory(path: str | Path) -> Trajectory:
             None if frequency is None else float(frequency),
             "record" not in attributes,
             _told(attributes.get("modes", "[]"), tuple[Mode, ...]),
+            str(attributes.get("folder", "")),
         )
     except Exception as error:
         raise damaged(path, error) from None

@@ -13,6 +13,7 @@ from drillrig_pin.errors import ModelError, legal_names
 from drillrig_pin.files import MODEL_SUFFIXES, shipped_models
 from drillrig_pin.model.beside import NAMED_IN, folders
 from drillrig_pin.model.expand import expand, refuse_xacro
+from drillrig_pin.model.meshes import settle_meshes
 from drillrig_pin.model.nodes import (
     MAX_BYTES,
     STAMP,
@@ -63,6 +64,7 @@ class ModelFile:
         declared: all arguments the file takes.
         files: everything it was read from: the file itself, its includes, its tables of numbers.
         warnings: what was noticed while it was expanded.
+        folder: where relative names of meshes count from; None: not known.
     """
 
     name: str
@@ -73,6 +75,7 @@ class ModelFile:
     declared: frozenset[str]
     files: tuple[Path, ...] = ()
     warnings: tuple[Problem, ...] = ()
+    folder: Path | None = None
 
     def elements(self) -> Iterator[Node]:
         """The extension elements of all ``<drillrig>`` blocks, in file order."""
@@ -119,6 +122,7 @@ def read_model(
         expanded.declared,
         (*expanded.files, *read),
         expanded.warnings,
+        path.parent.absolute(),
     )
 
 
@@ -130,7 +134,7 @@ def read_model_text(text: str, name: str = "<text>", folder: Path | None = None)
     document = parse_bytes(text.encode(), name)
     refuse_xacro(document, "Send what `drillrig expand MODEL` writes.")
     root, text, read = _content(document, name, folder)
-    return ModelFile(_name(root), name, text, root, {}, frozenset(), tuple(read))
+    return ModelFile(_name(root), name, text, root, {}, frozenset(), tuple(read), folder=folder)
 
 
 def _name(root: Node) -> str:
@@ -163,6 +167,8 @@ def _content(document: minidom.Document, path: str, folder: Path | None) -> tupl
         raise ModelError(f"the root element is <{element.tagName}>, not <robot>", where=path)
     read = [file for table in element.getElementsByTagName("table") if (file := _inline(table, document, folder))]
     _drop_comments(element)
+    if folder is not None:
+        settle_meshes(element, folder)
     root = take_nodes(element)
     text = '<?xml version="1.0"?>\n' + "\n".join(
         line for line in element.toprettyxml(indent="  ").splitlines() if line.strip()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from drillrig_pin.errors import ModelError
@@ -20,7 +20,12 @@ MANIFEST = "package.xml"
 MANIFEST_BYTES = 1_000_000
 
 
-def find_package(name: str, start: str | os.PathLike[str], extra: Mapping[str, str | Path] | None = None) -> Path:
+def find_package(
+    name: str,
+    start: str | os.PathLike[str],
+    extra: Mapping[str, str | Path] | None = None,
+    shares: Iterable[Path] | None = None,
+) -> Path:
     """The folder of a package; the first that is found, in this order.
 
     1. ``extra``, then the environment variable DRILLRIG_PACKAGES (which ``--package NAME=PATH`` fills).
@@ -34,6 +39,7 @@ def find_package(name: str, start: str | os.PathLike[str], extra: Mapping[str, s
         name: name of the package.
         start: the file that names it (or a folder); the search goes upwards from there.
         extra: folders given by the user, by name of the package.
+        shares: folders that hold installed packages; None: :func:`installed_shares`.
 
     Raises:
         ModelError: not found, with the places looked at, or the folder given for it is none. ``where`` is left to the
@@ -51,6 +57,10 @@ def find_package(name: str, start: str | os.PathLike[str], extra: Mapping[str, s
         for folder in _candidates(name, Path(start).absolute()):
             if _is_package(folder, name):
                 return folder
+        for share in installed_shares() if shares is None else shares:
+            # What is installed is known by its folder, whatever its package.xml says.
+            if _is_folder(share / name):
+                return share / name
     raise ModelError(
         f"the package {name!r} is not found; looked {_places(Path(start).absolute())}",
         todo=f"Say where it is: --package {name}=FOLDER, or set ROS_PACKAGE_PATH or AMENT_PREFIX_PATH.",
@@ -108,8 +118,6 @@ def _candidates(name: str, start: Path) -> Iterator[Path]:
     for folder in _listed("ROS_PACKAGE_PATH"):
         yield from (folder, folder / name)
         yield from _below(folder, name, DEPTH)
-    for share in installed_shares():
-        yield share / name
 
 
 def _with_manifest(folder: Path) -> Iterator[Path]:
@@ -134,11 +142,15 @@ def _subfolders(folder: Path) -> list[Path]:
         return []
 
 
-def _is_package(folder: Path, name: str) -> bool:
+def _is_folder(path: Path) -> bool:
     try:
-        if not folder.is_dir():
-            return False
+        return path.is_dir()
     except OSError:
+        return False
+
+
+def _is_package(folder: Path, name: str) -> bool:
+    if not _is_folder(folder):
         return False
     said = _said_name(folder / MANIFEST)
     return said == name if said is not None else folder.name == name

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -23,12 +24,12 @@ from drillrig_pin.scene.colours import TRACES
 from drillrig_pin.scene.cylinders import cylinder_parts, spring_parts
 from drillrig_pin.scene.face import face_parts
 from drillrig_pin.scene.forces import Recorded, cylinder_forces, load_forces, reaction_forces
-from drillrig_pin.scene.links import joint_parts, joint_paths, link_parts, part_name, skeleton_parts
+from drillrig_pin.scene.links import joint_parts, joint_paths, link_parts, machine_size, part_name, skeleton_parts
 from drillrig_pin.scene.motion import Exaggeration, Poses, Posing
 from drillrig_pin.scene.options import ReplayOptions
 from drillrig_pin.scene.shapes import Ball, Colour, Part, Trace
 from drillrig_pin.scene.timing import fastest_line, resampled, usable
-from drillrig_pin.scene.visuals import link_visuals
+from drillrig_pin.scene.visuals import link_visuals, notes_of
 from drillrig_pin.trajectory import Trajectory
 
 #: The strong end of a trace lasts this long on the screen [s].
@@ -76,11 +77,14 @@ class Actor:
         steady = slice(steady.start, max(self.shown.stop, steady.start + 2))
         self.fastest = fastest_line(window.record, window.rows)
         self._steady = trajectory.q[steady] if np.isfinite(trajectory.q[steady]).all() else trajectory.q[self.shown]
-        self.visuals, self.notes = link_visuals(self.rig.file.root)
+        folder = Path(trajectory.folder) if trajectory.folder else None
+        self.visuals, faults = link_visuals(self.rig.file.root, folder, machine_size(self.rig))
+        self.notes = notes_of(faults)
         # A law that was made by a plugin which is not installed here need not keep anyone from seeing the machine.
         self.notes += [f"Not drawn: {problem.message}." for problem in problems]
         if not self.visuals:
-            self.notes.append("The model gives its links no shapes: bones join joints, points and centres of mass.")
+            why = "None of the shapes of the links can be drawn" if faults else "The model gives its links no shapes"
+            self.notes.append(f"{why}: bones join joints, points and centres of mass.")
         self._elements: list[Element] = list(self.rig.forces)
         if trajectory.added:
             self.notes.append(f"Not drawn, because they were added in Python: {len(trajectory.added)} force elements.")

@@ -25,6 +25,17 @@ def part_name(name: str) -> str:
     return name.replace("/", "|") or "unnamed"
 
 
+def machine_size(rig: Rig) -> float:
+    """Diagonal of the box around joints, points and centres of mass at the zero position [m]."""
+    model = rig.model
+    data = model.createData()
+    pin.forwardKinematics(model, data, pin.neutral(model))
+    ends = [data.oMi[joint].translation for joint in range(model.njoints)]
+    ends += [data.oMi[joint].act(model.inertias[joint].lever) for joint in range(1, model.njoints)]
+    ends += [data.oMi[anchor.joint].act(np.array(anchor.vector)) for anchor in map(rig.point, rig.points)]
+    return float(np.linalg.norm(np.ptp(np.array(ends), axis=0)))
+
+
 def joint_paths(rig: Rig, root: Path) -> list[Path]:
     """Path of every joint of the model, parents first; joint 0 is the world."""
     model = rig.model
