@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from drillrig_pin.check_pose import check_pose
+from drillrig_pin.check_pose import check_pose, check_start
 from drillrig_pin.constraints import Loop
 from drillrig_pin.elements.cylinder import Cylinder
 from drillrig_pin.elements.springs import Spring
@@ -16,6 +16,7 @@ from drillrig_pin.model.modelfile import ModelFile, read_model, read_model_text
 from drillrig_pin.model.problem import Problem
 from drillrig_pin.model.urdfcheck import check_urdf
 from drillrig_pin.rig import Rig, assemble_rig, parse_elements
+from drillrig_pin.scenario import Scenario
 from drillrig_pin.scene.links import machine_size
 from drillrig_pin.scene.visuals import link_visuals
 
@@ -24,18 +25,25 @@ def check_model(
     path_or_name: str | Path,
     arguments: Mapping[str, Any] | None = None,
     packages: Mapping[str, str | Path] | None = None,
+    scenario: Scenario | None = None,
 ) -> list[Problem]:
     """Findings about a model file: errors first, each kind in the order of the files.
 
     A file that cannot be read at all is one finding. Otherwise: links, joints and inertias; extension elements and the
     names they use; elements with both ends on one body; then every pose (the zero position where the model names
     none): joint limits, strokes, lever arms, assembly, redundant constraints, static balance and pressures.
+
+    Args:
+        path_or_name: path of a model file, or name of a shipped model.
+        arguments: xacro arguments by name.
+        packages: folders of packages by name, see :func:`drillrig_pin.model.modelfile.read_model`.
+        scenario: the state in which this one starts is judged instead of the poses; its model is not looked at.
     """
     try:
         file = read_model(path_or_name, arguments, packages)
     except ModelError as error:
         return [_as_problem(error, str(path_or_name))]
-    return _check(file)
+    return _check(file, scenario)
 
 
 def check_text(text: str, name: str) -> list[Problem]:
@@ -67,21 +75,23 @@ def check_document(model: str, problems: list[Problem]) -> dict[str, Any]:
     }
 
 
-def _check(file: ModelFile) -> list[Problem]:
+def _check(file: ModelFile, scenario: Scenario | None = None) -> list[Problem]:
     problems = [*file.warnings, *check_urdf(file.root)]
     if any(problem.severity == "error" for problem in problems):
         # Without a sound tree there is no machine to place, but every element can still be read on its own.
         return _sorted([*problems, *parse_elements(file)[2]])
-    return _sorted([*problems, *_check_rig(file)])
+    return _sorted([*problems, *_check_rig(file, scenario)])
 
 
-def _check_rig(file: ModelFile) -> list[Problem]:
+def _check_rig(file: ModelFile, scenario: Scenario | None) -> list[Problem]:
     try:
         rig, problems = assemble_rig(file)
     except ModelError as error:
         return [_as_problem(error, file.path)]
     problems = [*problems, *_same_body(rig), *_doubtful(rig), *_looks(rig)]
     sound = not any(problem.severity == "error" for problem in problems)
+    if scenario is not None:
+        return [*problems, *check_start(rig, scenario, statics=sound)]
     for pose in rig.poses or [None]:
         problems += check_pose(rig, pose, statics=sound)
     return problems

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from xml.sax.saxutils import quoteattr
 
 import numpy as np
+import pinocchio as pin
 
 from drillrig_pin.assembly import Assembly, assemble_state
 from drillrig_pin.dependence import singular_words
 from drillrig_pin.elements.cylinder import ATMOSPHERE, Cylinder
 from drillrig_pin.errors import AssemblyError, Source
+from drillrig_pin.joint_limits import outside_limits
 from drillrig_pin.kinematics import Array
 from drillrig_pin.model.problem import Problem
 from drillrig_pin.rig import Rig
+from drillrig_pin.scenario import Scenario
+from drillrig_pin.simulation import start_configuration
 from drillrig_pin.statics import find_equilibrium
 from drillrig_pin.words import listed
 from drillrig_pin.workspace import Workspace
@@ -27,6 +32,12 @@ DRIVES_SLIDE = 0.5
 COINCIDENT = 1e-6
 #: Absolute pressure [Pa] below which oil releases its air.
 GAS_RELEASE = 1e5
+#: Square root of the inertia [kg^0.5 m or kg^0.5] that a dof moves, below which it moves none.
+STILL = 1e-9
+#: Least eigenvalue of the mass matrix, scaled to ones on its diagonal, of which anything is left beside rounding.
+SINGULAR_MASS = 1e-13
+#: What to do where only the zero position can be judged.
+NO_POSE = "The model names no pose: add one, or judge the start of a scenario with drillrig check MODEL --scenario S."
 #: Unbalanced static forces below this [N or N m] are rounding.
 BALANCED = 1e-6
 SINGULAR_ADVICE = (
@@ -39,16 +50,37 @@ def check_pose(rig: Rig, pose: str | None, *, statics: bool = True) -> list[Prob
     """Findings about a named pose; None: all joints at zero. Statics only for a model without errors so far."""
     label = f"pose {pose!r}" if pose is not None else "the zero position"
     where = rig.sources.get(pose or "", Source(rig.file.path))
-    q = rig.configuration(pose)
-    problems = list(_limits(rig, q, label, where))
+    return _check_state(rig, rig.configuration(pose), label, where, {}, named=pose is not None, statics=statics)
+
+
+def check_start(rig: Rig, scenario: Scenario, *, statics: bool = True) -> list[Problem]:
+    """Findings about the state in which a scenario starts.
+
+    Raises:
+        ScenarioError: the scenario does not fit the rig.
+    """
+    label, where = f"the start of {scenario.name!r}", Source(rig.file.path)
+    q = start_configuration(rig, scenario)
+    return _check_state(rig, q, label, where, scenario.targets, named=True, statics=statics)
+
+
+def _check_state(
+    rig: Rig, q: Array, label: str, where: Source, targets: dict[str, float], *, named: bool, statics: bool
+) -> list[Problem]:
+    problems = list(_limits(rig, q, label, where, named=named))
     with np.errstate(all="ignore"):
         try:
-            assembly = assemble_state(rig, q, np.zeros(rig.model.nv))
+            assembly = assemble_state(rig, q, np.zeros(rig.model.nv), targets)
         except (AssemblyError, np.linalg.LinAlgError) as error:
             what = error.what if isinstance(error, AssemblyError) else "the constraints cannot be evaluated"
             todo = error.todo if isinstance(error, AssemblyError) else ""
-            return [*problems, Problem("error", f"{label}: {what}", where, todo)]
-        problems += _dependent(rig, assembly, label, where, named=pose is not None)
+            return [
+                *problems,
+                Problem("error", f"{label}: {what}", where, todo if named else f"{todo} {NO_POSE}".strip()),
+            ]
+        if statics:
+            problems += _without_inertia(rig, assembly.q, label, where)
+        problems += _dependent(rig, assembly, label, where, named=named)
         problems += _cylinders(rig, assembly.q, label)
         if statics and not assembly.singular and not any(problem.severity == "error" for problem in problems):
             try:
@@ -58,20 +90,41 @@ def check_pose(rig: Rig, pose: str | None, *, statics: bool = True) -> list[Prob
     return problems
 
 
-def _limits(rig: Rig, q: Array, label: str, where: Source) -> Iterator[Problem]:
-    model = rig.model
-    for name, joint in zip(rig.joints, list(model.joints)[1:], strict=True):
-        if joint.nq != 1:
-            continue
-        value = q[joint.idx_q]
-        low, high = rig.limits(joint)
-        if not low <= value <= high:
-            yield Problem(
-                "error",
-                f"{label}: joint {name!r} stands at {value:.4g}, outside its limits {low:.4g} to {high:.4g}",
-                where,
-                "Change the pose or the joint's <limit>.",
-            )
+def _limits(rig: Rig, q: Array, label: str, where: Source, *, named: bool) -> Iterator[Problem]:
+    outside = outside_limits(rig, q)
+    if named:
+        for row in outside:
+            # A scenario may start anywhere, and its run says so; a pose that the model itself names contradicts it.
+            severity = "error" if label.startswith("pose ") else "warning"
+            yield Problem(severity, f"{label}: {row}", where, "Change the pose or the joint's <limit>.")
+    elif outside:
+        joints = "".join(f'<joint name={quoteattr(row.joint)} position="{row.within:g}"/>' for row in outside)
+        yield Problem(
+            "warning",
+            f"the model names no pose, and in its zero position {'; '.join(map(str, outside[:4]))}"
+            + (f"; and {len(outside) - 4} more" if len(outside) > 4 else ""),
+            where,
+            f'Add to a <drillrig> block: <pose name="start">{joints}</pose>.',
+        )
+
+
+def _without_inertia(rig: Rig, q: Array, label: str, where: Source) -> Iterator[Problem]:
+    """Dofs whose acceleration the masses do not determine, e.g. a hinge through its only point mass."""
+    M = pin.crba(rig.model, rig.model.createData(), q)
+    M = np.triu(M) + np.triu(M, 1).T
+    size = np.sqrt(np.maximum(np.diag(M), 0.0))
+    still = size < STILL
+    if not still.any():
+        values, vectors = np.linalg.eigh(M / np.outer(size, size))
+        still = np.abs(vectors[:, 0]) > 0.1 if values[0] < SINGULAR_MASS else still
+    if still.any():
+        names = ", ".join(repr(name) for name, no in zip(rig.dof_names, still, strict=True) if no)
+        yield Problem(
+            "error",
+            f"{label}: no mass or inertia resists a motion of {names}",
+            where,
+            "Give the links moved by it their inertia, or make a joint fixed.",
+        )
 
 
 def _dependent(rig: Rig, assembly: Assembly, label: str, where: Source, *, named: bool) -> Iterator[Problem]:

@@ -153,13 +153,22 @@ def sample_times(scenario: Scenario) -> Array:
     return times
 
 
-def start_state(rig: Rig, scenario: Scenario, space: Workspace | None = None) -> Equilibrium:
-    """The assembled initial state of a scenario and its static equilibrium."""
-    space = space or Workspace(rig, rig.forces)
+def start_configuration(rig: Rig, scenario: Scenario) -> Array:
+    """q in which a scenario starts, before assembly: its pose (else the model's first, else zero) and positions.
+
+    Raises:
+        ScenarioError: unknown pose or joint, or a wrong number of values for a joint.
+    """
     pose = scenario.pose
     if pose is None and rig.poses:
         pose = next(iter(rig.poses))
-    q = rig.configuration(pose, scenario.positions)
+    return rig.configuration(pose, scenario.positions)
+
+
+def start_state(rig: Rig, scenario: Scenario, space: Workspace | None = None) -> Equilibrium:
+    """The assembled initial state of a scenario and its static equilibrium."""
+    space = space or Workspace(rig, rig.forces)
+    q = start_configuration(rig, scenario)
     v = np.zeros(rig.model.nv)
     for name, value in scenario.velocities.items():
         if name not in rig.dof_names:

@@ -23,7 +23,7 @@ LAYERS: list[tuple[str, ...]] = [
     ("declarations", "constraints"),
     ("tree",),
     ("rig", "grammar"),
-    ("workspace",),
+    ("workspace", "joint_limits"),
     ("dependence",),
     ("assembly",),
     ("statics", "stabilization"),

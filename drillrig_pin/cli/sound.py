@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -26,7 +26,22 @@ if TYPE_CHECKING:
     from drillrig_pin.statics import Equilibrium
 
 
-def check(model: ModelName, settings: ModelSettings = None, packages: Packages = None, json: Json = False) -> None:
+def check(
+    model: ModelName,
+    scenario: Annotated[
+        str | None,
+        typer.Option(
+            "--scenario",
+            "-s",
+            metavar="S",
+            help="Judge the state in which this scenario starts. Default: the poses of the model.",
+            show_default=False,
+        ),
+    ] = None,
+    settings: ModelSettings = None,
+    packages: Packages = None,
+    json: Json = False,
+) -> None:
     """List everything wrong or suspicious in a model, with file and line.
 
     Errors keep the model from being used and make the exit code 1; warnings do not.
@@ -35,7 +50,9 @@ def check(model: ModelName, settings: ModelSettings = None, packages: Packages =
     """
     from drillrig_pin.check import check_document, check_model
 
-    problems = check_model(model, model_arguments(settings))
+    case = read_scenario(model, scenario, settings) if scenario is not None else None
+    arguments = case.arguments if case is not None else model_arguments(settings)
+    problems = check_model(model, arguments, scenario=case)
     document = check_document(model, problems)
     errors, warnings = document["errors"], document["warnings"]
     if json:

@@ -149,13 +149,22 @@ def _open(node: Node) -> Iterator[Problem]:
     for inner in _all_below(node):
         if inner.tag == BLOCK:
             yield _misplaced(inner)
-        elif node.tag in _SIMULATORS and inner.tag in ACTS_ELSEWHERE:
+        elif node.tag in _SIMULATORS and inner.tag in ACTS_ELSEWHERE and _acts(inner, node):
             yield Problem(
                 "warning",
                 f"<{inner.tag}> in <{node.tag}> acts only in that program and is ignored",
                 inner.source,
                 ACTS_ELSEWHERE[inner.tag],
             )
+
+
+def _acts(inner: Node, block: Node) -> bool:
+    """Whether what stands in a block of another simulator changes the motion there, and is not a word of a plugin."""
+    if inner.tag == "joint":
+        return "type" in inner.attributes
+    if inner.tag == "gravity":
+        return inner in block.children and inner.text.lower() in ("0", "false")
+    return not (inner.tag == "turnGravityOff" and inner.text.lower() in ("0", "false"))
 
 
 def _blocks_below(node: Node) -> Iterator[Problem]:
