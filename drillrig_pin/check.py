@@ -120,9 +120,9 @@ def _looks(rig: Rig) -> list[Problem]:
 
 
 def _quoted(message: str) -> str:
-    """The attribute and the value a message is about, as in ``rgba = '1 0'``."""
-    found = re.search(r"\S+ = '[^']*'", message)
-    return found.group() if found else message
+    """What a message is about: attribute and value as in ``rgba = '1 0'``, or a shape that there is not."""
+    found = re.search(r"\S+ = '[^']*'|(?<=element )<\S+> in <geometry|(?<=geometry )<\S+>", message)
+    return found.group().partition(" in <geometry")[0] if found else message
 
 
 def _same_body(rig: Rig) -> list[Problem]:

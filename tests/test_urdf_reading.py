@@ -101,7 +101,7 @@ def test_what_can_only_mean_one_thing_is_read_without_a_word(
             VISUAL.replace("</v", '<material name="g"><color rgba="1 1 1"/></material></v'),
             ["rgba", "3 numbers"],
         ),
-        (VISUAL, VISUAL.replace("</v", '<material name="g"/></v'), ["material 'g' is not defined"]),
+        (VISUAL, VISUAL.replace("</v", '<material name="g"/></v'), ["no material 'g' says its colour"]),
         (VISUAL, VISUAL.replace("box", "bxo"), ["<bxo>", "Did you mean 'box'"]),
         (
             "</robot>",
@@ -151,7 +151,12 @@ def test_what_is_left_out_or_mended_is_a_warning_at_its_line(
         ('xyz="1.5 0 0"/><mass', 'xyz="1.5 0"/><mass', ["xyz = '1.5 0' holds 2 numbers, not 3"]),
         ('<origin xyz="0 0 1"/>', '<origin xyz="0 1"/>', ["xyz = '0 1' holds 2 numbers, not 3"]),
         ('<origin xyz="0 0 1"/>', '<origin xyz="" rpy="0 0 0"/>', ["<origin> xyz is empty"]),
-        ('<origin xyz="0 0 1"/>', '<origin quat_xyzw="0 0 0 0"/>', ["quat_xyzw has no length"]),
+        ('<origin xyz="0 0 1"/>', '<origin quat_xyzw="0 0 0 0"/>', ["quat_xyzw has the length 0 and not 1"]),
+        (
+            '<origin xyz="0 0 1"/>',
+            '<origin rpy="0 0 1" quat_xyzw="0 0 0 1"/>',
+            ["turned twice, by rpy and by quat_xyzw"],
+        ),
         ('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>', ["'boom_pin': its axis '0 0 0' has no direction"]),
         ('<axis xyz="0 1 0"/>', "<axis/>", ["<axis> lacks the attribute 'xyz'"]),
         (LIMIT, "", ["has no <limit>"]),
@@ -178,7 +183,7 @@ def test_what_would_be_lost_by_the_reader_below_is_refused_at_its_line(
 
 def test_a_quaternion_of_a_joint_and_an_inertia_is_read() -> None:
     turn = pin.Quaternion(np.array([0.1, -0.5, 0.3, 0.8])).normalized()
-    words = " ".join(repr(2 * float(c)) for c in turn.coeffs())
+    words = " ".join(repr(1.05 * float(c)) for c in turn.coeffs())
     text = altered('<origin xyz="0 0 1"/>', f'<origin xyz="0 0 1" quat_xyzw="{words}"/>')
     placed = load_rig_text(text).model.jointPlacements[1]
     # Through roll, pitch, yaw and their text: a few roundings of 1e-16.

@@ -42,19 +42,22 @@ def vector(node: Node | None, key: str, default: tuple[float, ...]) -> tuple[flo
 def placement(origin: Node | None) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Position [m] and roll, pitch, yaw [rad] of an <origin>; zero without one.
 
-    A quaternion ``quat_xyzw`` of any length but zero goes before ``rpy``.
+    A quaternion ``quat_xyzw`` may stand instead of ``rpy``.
 
     Raises:
-        ModelError: a wrong number of numbers, or a quaternion of no length.
+        ModelError: a wrong number of numbers, both ways to turn it, or a quaternion whose length is not about 1.
     """
     zero = (0.0, 0.0, 0.0)
-    xyz = vector(origin, "xyz", zero)
+    xyz, rpy = vector(origin, "xyz", zero), vector(origin, "rpy", zero)
     if origin is None or not origin.attributes.get("quat_xyzw", "").strip():
-        return xyz, vector(origin, "rpy", zero)
+        return xyz, rpy
+    if origin.attributes.get("rpy", "").strip():
+        raise ModelError("<origin> is turned twice, by rpy and by quat_xyzw", where=origin.source, todo="Keep one.")
     quaternion = np.array(vector(origin, "quat_xyzw", (0.0, 0.0, 0.0, 1.0)))
     length = float(np.linalg.norm(quaternion))
-    if length == 0.0:
-        raise ModelError("<origin> quat_xyzw has no length", where=origin.source, todo="Without rotation: 0 0 0 1.")
+    if not 0.9 < length < 1.1:
+        what = f"<origin> quat_xyzw has the length {length:.3g} and not 1"
+        raise ModelError(what, where=origin.source, todo="Without rotation: 0 0 0 1.")
     x, y, z, w = (float(part) for part in quaternion / length)
     # R = Rz(yaw) Ry(pitch) Rx(roll), read off the matrix of the quaternion.
     up = 2 * (x * z - w * y)

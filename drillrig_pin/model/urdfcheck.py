@@ -113,13 +113,7 @@ def _bounds(limit: Node) -> tuple[float, float]:
 
 
 def _materials(root: Node) -> Iterator[Problem]:
-    """Materials that are named and not defined, or defined twice with different colours."""
-    uses = [
-        material
-        for link in root.named("link")
-        for visual in link.named("visual")
-        for material in visual.named("material")
-    ]
+    """Materials that are defined twice with different colours; equal ones are what two parts of one macro write."""
     colours: dict[str, tuple[str, Source]] = {}
     for material in root.named("material"):
         colour, name = _colour(material), material.attributes.get("name", "")
@@ -131,19 +125,6 @@ def _materials(root: Node) -> Iterator[Problem]:
                 material.source,
                 "Rename one.",
             )
-    known = {*colours, *(use.attributes.get("name", "") for use in uses if use.children)}
-    missed: dict[str, Source] = {}
-    for use in uses:
-        name = use.attributes.get("name", "")
-        if not use.children and name not in known:
-            missed.setdefault(name, use.source)
-    for name, where in missed.items():
-        yield Problem(
-            "warning",
-            f"material {name!r} is not defined, its shapes are grey",
-            where,
-            legal_names(name, known - {""}, "materials"),
-        )
 
 
 def _colour(material: Node) -> str:

@@ -222,6 +222,9 @@ def _rgba(material: Node) -> tuple[Colour | None, str]:
 def _vector(node: Node, key: str, count: int, default: str) -> Array:
     """Numbers of an attribute; ModelError with its line if they are not as many, or are none."""
     text = node.attributes.get(key, default)
+    if key == "rpy" and not text.strip():
+        # As in joints and inertias: what exporters write for "no rotation".
+        text = default
     try:
         values = [float(word) for word in text.split()]
     except ValueError:
