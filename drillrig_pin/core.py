@@ -71,6 +71,7 @@ STATUS: tuple[tuple[Status, str], ...] = (
     (Status.STEP_TOO_SMALL, "no step is short enough for the tolerance"),
     (Status.SINGULAR, ""),
     (Status.DIVERGED, "a force law failed"),
+    (Status.DRIFTED, ""),
 )
 
 

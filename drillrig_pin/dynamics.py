@@ -98,7 +98,7 @@ class Dynamics:
         self.laws = [e.bind(equilibrium.x0.get(e.name, 0.0), equilibrium.held.get(e.name, 0.0)) for e in self.forces]
         self.groups = self._group()
         self.targets = equilibrium.assembly.targets
-        # Counted once: a step off the constraints may make redundant rows seem independent, RankWatch sees real losses.
+        # Counted once: a step off the constraints may make redundant rows seem independent, the watch sees real losses.
         self.rank = self.space.m - len(equilibrium.assembly.redundant) - len(equilibrium.assembly.singular)
         self.redundant = self.rank < self.space.m
         self.F = np.zeros(len(self.forces))
@@ -180,10 +180,15 @@ class Dynamics:
         a, self.multipliers = self.solve(self.equations)
         self.a = a
         rate = np.empty_like(y)
-        rate[:nq] = v if self._simple else configuration_rate(self.rig.model, q, v)
+        rate[:nq] = self.rate_of_configuration(y)
         rate[nq:end] = a
         rate[end], rate[end + 1] = self.powers()
         return rate
+
+    def rate_of_configuration(self, y: Array) -> Array:
+        """dq/dt (nq) of the integrated vector."""
+        q, v = y[: self._nq], y[self._nq : self._nq + self._nv]
+        return v if self._simple else configuration_rate(self.rig.model, q, v)
 
     def project(self, y: Array) -> Array:
         """Put y back onto f = 0 and J v = 0 with the smallest kinetic-energy-weighted change; unit quaternions too."""

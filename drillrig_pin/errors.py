@@ -141,6 +141,12 @@ class Status(Enum):
         "Look at the named rows; another pose or fewer held axes avoids it.",
     )
 
+    DRIFTED = (
+        "constraints left",
+        "the machine has moved off its constraints",
+        "Look at the named row; switch scenario.stabilization.projection on, or take a smaller step or tolerance.",
+    )
+
     def __init__(self, word: str, message: str, advice: str) -> None:
         self.word = word
         self.message = message

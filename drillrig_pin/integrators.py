@@ -6,7 +6,7 @@ Breakpoints of the laws and their switches always end a step, so no kink of a lo
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, Protocol
 
 import numpy as np
@@ -23,6 +23,10 @@ LOOKS = (0.25, 0.5, 0.75, 1.0)
 NOT_FINITE = "the state is not a finite number any more"
 #: How exactly a switch is located [s].
 SWITCH_TIME = 1e-13
+
+
+#: Takes in an integrator behind an accepted step.
+Look = Callable[[Any], None]
 
 
 class System(Protocol):
@@ -73,7 +77,7 @@ class RK4(OdeSolver):  # type: ignore[misc]
 
 
 def integrate(
-    system: System, y0: Array, stops: Stops, settings: Settings, counter: Counter
+    system: System, y0: Array, stops: Stops, settings: Settings, counter: Counter, look: Look = lambda solver: None
 ) -> Iterator[tuple[float, Array]]:
     """Yield (t, y) at every sample; ``system.rate(t, y)`` was then the last thing evaluated, behind any jump.
 
@@ -83,6 +87,8 @@ def integrate(
         stops: samples and further times at which a step must end.
         settings: method and tolerances.
         counter: counts accepted steps and evaluations.
+        look: called behind every accepted step with SciPy's integrator; ``system.rate`` was evaluated at its end and
+            still is when it returns. What it raises ends the run before anything of the step is yielded.
 
     Raises:
         StoppedError: tolerance not reachable, or the state is no longer finite.
@@ -91,7 +97,7 @@ def integrate(
     system.rate(start, y0)
     yield start, y0
     march = _multistep if settings.method == "LSODA" else _one_step
-    yield from march(system, y0, stops, settings, counter)
+    yield from march(system, y0, stops, settings, counter, look)
 
 
 def _solver(system: System, t: float, y: Array, bound: float, settings: Settings, first: float | None = None) -> Any:
@@ -129,7 +135,7 @@ def _advance(solver: Any, counter: Counter) -> None:
 
 
 def _one_step(
-    system: System, y0: Array, stops: Stops, settings: Settings, counter: Counter
+    system: System, y0: Array, stops: Stops, settings: Settings, counter: Counter, look: Look
 ) -> Iterator[tuple[float, Array]]:
     watch = _Watch(system, y0)
     solver = _solver(system, float(stops.time[0]), y0, float(stops.ends[1]), settings)
@@ -144,6 +150,8 @@ def _one_step(
                 solver = _solver(system, t_old, y_old, event, settings, first=event - t_old)
                 while solver.status == "running":
                     _advance(solver, counter)
+                    system.rate(solver.t, solver.y)
+                    look(solver)
                 y = system.project(solver.y) if settings.projection else solver.y
                 solver = _solver(system, event, y, stop, settings)
                 watch.settle()
@@ -153,18 +161,21 @@ def _one_step(
                 solver.y = system.project(solver.y)
                 solver.f = system.rate(solver.t, solver.y)
                 counter.evaluations += 1
+            elif settings.method == "Radau" or watch.active:
+                system.rate(solver.t, solver.y)
+            look(solver)
         if start > stop:
             # The length of the last step is a good first guess behind a jump, and is tried like any other.
             first, last = getattr(solver, "h_abs", None), stops.ends[-1]
             solver = _solver(system, start, solver.y, max(last, start), settings, first=first)
         if sampled:
-            if settings.method == "Radau" or watch.active or start > stop:
+            if start > stop:
                 system.rate(solver.t, solver.y)
             yield time, solver.y
 
 
 def _multistep(
-    system: System, y0: Array, stops: Stops, settings: Settings, counter: Counter
+    system: System, y0: Array, stops: Stops, settings: Settings, counter: Counter, look: Look
 ) -> Iterator[tuple[float, Array]]:
     watch = _Watch(system, y0)
     samples = stops.time[stops.samples]
@@ -177,6 +188,8 @@ def _multistep(
         while solver.status == "running" and solver.t < bound:
             t_old = solver.t
             _advance(solver, counter)
+            system.rate(solver.t, solver.y)
+            look(solver)
             curve, end = solver.dense_output(), solver.t
             event = watch.crossed(solver) if watch.active else None
             if event is not None and event < end:

@@ -8,10 +8,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from drillrig_pin.dependence import RANK
-from drillrig_pin.dynamics import WEAK, Dynamics
+from drillrig_pin.constraint_watch import ConstraintWatch, left_words, lost_words
+from drillrig_pin.dynamics import Dynamics
 from drillrig_pin.elements.cylinder import Cylinder
-from drillrig_pin.errors import SingularConfigurationError, Status
+from drillrig_pin.errors import Status
 from drillrig_pin.kinematics import Array
 from drillrig_pin.recorder import Recorder
 from drillrig_pin.stepping import Counter, Settings, StoppedError, stops_of
@@ -32,16 +32,16 @@ def march_python(dynamics: Dynamics) -> tuple[March, Rates]:
         # SciPy's integrators take a third of a second to import, which a run in the core need not wait for.
         from drillrig_pin.integrators import integrate
 
-        watch = RankWatch() if dynamics.formulation != "damped" else None
+        watch = ConstraintWatch(dynamics, settings.rtol)
         every = max(1, len(samples) // 200)
         with np.errstate(all="ignore"):
+            start = dynamics.initial()
+            watch.begin(float(samples[0]), start, dynamics.rate(float(samples[0]), start))
             stops = stops_of(samples, dynamics.breakpoints(), dynamics.jumps())
-            for t, y in integrate(dynamics, dynamics.initial(), stops, settings, counter):
+            for t, y in integrate(dynamics, start, stops, settings, counter, watch.step):
                 broken = broken_cylinder(dynamics)
                 if broken:
                     raise StoppedError(Status.DIVERGED, t, broken, y)
-                if watch is not None:
-                    watch.look(dynamics.space.J)
                 recorder.record(t, y)
                 if progress is not None and recorder.count % every == 0:
                     progress(t)
@@ -69,10 +69,14 @@ def march_core(dynamics: Dynamics) -> tuple[March, Rates]:
             raise report.error
         if progress is not None:
             progress(report.time)
+        cause = report.cause
         if report.status is Status.SINGULAR:
-            raise SingularConfigurationError("the constraint Jacobian has lost rank")
+            cause = lost_words(dynamics)
+        elif report.status is Status.DRIFTED:
+            dynamics.space.update(*np.split(report.state[:-2], [dynamics.rig.model.nq]))
+            cause = left_words(dynamics, dynamics.space.x_constraint - dynamics.targets)
         if report.status is not Status.COMPLETED:
-            raise StoppedError(report.status, report.time, report.cause, report.state)
+            raise StoppedError(report.status, report.time, cause, report.state)
 
     return march, compiled.rates
 
@@ -81,48 +85,6 @@ def march_core(dynamics: Dynamics) -> tuple[March, Rates]:
 def core_is_installed() -> bool:
     """True if the package was built with a C++ compiler."""
     return importlib.util.find_spec("drillrig_pin._drillrig") is not None
-
-
-class RankWatch:
-    """Notices that the constraint Jacobian loses rank at a sample, or has passed through a loss since the last one.
-
-    Where it does, its smallest singular value s crosses zero: the value itself is positive again behind it, but one of
-    its two singular vectors has changed sign, or both have turned because the motion took another path. Beyond such a
-    point there is more than one path, and the equations cannot say which one the machine takes.
-
-    By Weyl's inequality s changes by no more than the Frobenius norm of the change of J. As long as J stays within
-    s / 2 of where it was last looked at, there is nothing to see.
-    """
-
-    #: Cosine above which the vectors of two samples are those of one smooth motion; below its negative, one has turned.
-    SAME = 0.5
-
-    def __init__(self) -> None:
-        self._rank = 0
-        self._largest = 0.0
-        self._last: tuple[Array, float, Array, Array] | None = None
-
-    def look(self, J: Array) -> None:
-        """Take in the Jacobian of the next sample; SingularConfigurationError if rank is or was lost."""
-        if not len(J):
-            return
-        if self._last is not None and np.linalg.norm(J - self._last[0]) <= 0.5 * self._last[1]:
-            return
-        U, values, V = np.linalg.svd(J, full_matrices=False)
-        self._largest = max(self._largest, float(values[0]))
-        rank = int((values > RANK * self._largest).sum())
-        if self._last is None:
-            self._rank = rank
-        if rank < self._rank or rank == 0:
-            raise SingularConfigurationError("the constraint Jacobian has lost rank")
-        value, left, right = float(values[rank - 1]), U[:, rank - 1], V[rank - 1]
-        if self._last is not None:
-            _, before, left_before, right_before = self._last
-            same = float((left @ left_before) * (right @ right_before))
-            weak = max(value, before) < WEAK * self._largest
-            if same < (self.SAME if weak else -self.SAME):
-                raise SingularConfigurationError("the constraint Jacobian has passed through a loss of rank")
-        self._last = J.copy(), value, left, right
 
 
 def broken_cylinder(dynamics: Dynamics, spare: float = 0.0) -> str:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from drillrig_pin.assembly import assemble_state
+from drillrig_pin.constraint_watch import lost_words
 from drillrig_pin.dependence import singular_words
 from drillrig_pin.dynamics import Dynamics
 from drillrig_pin.elements.cylinder import Cylinder
@@ -131,14 +132,14 @@ class Case:
             self._march(self._settings, self._samples, recorder, counter, progress)
         except StoppedError as stopped:
             status, cause = stopped.status, stopped.cause
-            dynamics.evaluate_forces(stopped.time, *np.split(stopped.state[:-2], [dynamics.rig.model.nq]))
-            broken = broken_cylinder(dynamics, SPARE)
-            if broken:
-                status, cause = Status.DIVERGED, broken
+            if status not in (Status.SINGULAR, Status.DRIFTED):
+                dynamics.evaluate_forces(stopped.time, *np.split(stopped.state[:-2], [dynamics.rig.model.nq]))
+                broken = broken_cylinder(dynamics, SPARE)
+                if broken:
+                    status, cause = Status.DIVERGED, broken
             return Outcome(status, stopped.time, counter.steps, cause)
         except (SingularConfigurationError, np.linalg.LinAlgError):
-            rows = ", ".join(row.name for row in dynamics.rig.rows)
-            status, cause = Status.SINGULAR, f"constraints {rows}" if rows else "a moving link without mass"
+            status, cause = Status.SINGULAR, lost_words(dynamics)
         except KeyboardInterrupt:
             status = Status.INTERRUPTED
         return Outcome(status, recorder.last_time, counter.steps, cause)

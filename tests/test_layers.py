@@ -28,7 +28,7 @@ LAYERS: list[tuple[str, ...]] = [
     ("assembly",),
     ("statics", "stabilization"),
     ("dynamics", "scenario", "stepping"),
-    ("integrators", "core", "trajectory", "older", "columns"),
+    ("constraint_watch", "integrators", "core", "trajectory", "older", "columns"),
     ("recorder",),
     ("marching",),
     ("methods", "modes"),

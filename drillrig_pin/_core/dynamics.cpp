@@ -150,6 +150,13 @@ void Dynamics::constraint_rows() {
   for (int r = 0; r < m_; ++r) row_of(first + r, J_.data() + r * nv);
 }
 
+const double* Dynamics::jacobian_at(const double* q) {
+  tree_.kinematics(q);
+  place(q);
+  constraint_rows();
+  return J_.data();
+}
+
 void Dynamics::gradient_rows(double* out) const {
   const Coordinates& c = spec_.coordinates;
   const int nj = static_cast<int>(c.joints.size());

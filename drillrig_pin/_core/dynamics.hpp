@@ -11,7 +11,7 @@
 
 namespace drillrig {
 
-enum class Status : int { completed = 0, interrupted, diverged, step_too_small, singular, callback_failed };
+enum class Status : int { completed = 0, interrupted, diverged, step_too_small, singular, callback_failed, drifted };
 
 class Dynamics {
  public:
@@ -36,6 +36,8 @@ class Dynamics {
   bool switch_values(const double* y, double* out);  // false: a callback failed
   // J (m x nv, row-major) at the state last evaluated, and below which fraction of the largest a singular value is zero.
   const double* jacobian() const { return J_.data(); }
+  const double* jacobian_at(const double* q);  // the same there; leaves the rest of the state behind undefined
+  int rank() const { return spec_.rank; }
   double rank_threshold() const { return spec_.rank_threshold; }
   bool watches_rank() const { return !damped(); }
   // True if a force's coordinate has left its range: a cylinder its stroke.

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "rank_watch.hpp"
+#include "constraint_watch.hpp"
 #include "stepper.hpp"
 
 namespace drillrig {
@@ -152,9 +152,15 @@ RunReport run(Dynamics& dynamics, const double* y0, const RunSettings& settings,
   if (status != Status::completed) return finish(status);
   // The choice of a first step evaluates elsewhere; the record wants the start itself.
   dynamics.rate(stops[0], y0, stepper.f.data());
-  RankWatch ranks(dynamics.watches_rank() ? dynamics.m() : 0, dynamics.nv, dynamics.rank_threshold());
   if (dynamics.out_of_range()) return finish(Status::diverged);
-  if (!ranks.look(dynamics.jacobian())) return finish(Status::singular);
+  ConstraintWatch constraints(dynamics, settings.rtol);
+  if ((status = constraints.begin(stops[0], y0, stepper.f.data())) != Status::completed) return finish(status);
+  // Nothing of a step that passes a singular position is kept.
+  auto look = [&] {
+    const Status seen = constraints.step(stepper);
+    if (seen == Status::singular) stepper.t = constraints.time();
+    return seen;
+  };
   record(dynamics, output, report.samples++, stops[0], y0, points);
   for (std::size_t i = 1; i < stops.size(); ++i) {
     const double stop = settings.ends[i];
@@ -175,6 +181,7 @@ RunReport run(Dynamics& dynamics, const double* y0, const RunSettings& settings,
           if ((status = stepper.advance(event)) != Status::completed) return finish(status);
           if ((status = stepper.settle(false)) != Status::completed) return finish(status);
           ++report.steps;
+          if ((status = look()) != Status::completed) return finish(status);
         }
         restart = stepper.y;
         if (projection && (status = dynamics.project(restart.data())) != Status::completed) return finish(status);
@@ -186,12 +193,13 @@ RunReport run(Dynamics& dynamics, const double* y0, const RunSettings& settings,
       // The exponential steps rest on an unbroken past: they are projected where they are looked at.
       const bool now = projection && (settings.method != Method::ExpAdams || stepper.t >= stop);
       if ((status = stepper.settle(now)) != Status::completed) return finish(status);
+      // The switches have been looked for inside the step.
+      if (watch.active()) dynamics.rate(stepper.t, stepper.y.data(), stepper.f.data());
+      if ((status = look()) != Status::completed) return finish(status);
     }
     if (settings.breaks[i] && (status = stepper.pass_break(settings.starts[i])) != Status::completed) return finish(status);
     if (settings.kept[i]) {
-      if (watch.active()) dynamics.rate(stepper.t, stepper.y.data(), stepper.f.data());
       if (dynamics.out_of_range()) return finish(Status::diverged);
-      if (!ranks.look(dynamics.jacobian())) return finish(Status::singular);
       record(dynamics, output, report.samples++, stops[i], stepper.y.data(), points);
     }
   }
