@@ -158,20 +158,35 @@ class Status(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """The status of one run with the time it ended and, if it stopped early, the cause."""
+    """The status of one run with the time it ended and, if it stopped early, the cause.
+
+    A run may reach its end and yet hold numbers that no machine shows, such as oil in tension: ``valid_until`` is the
+    time of the first of them [s], and ``doubt`` says in words what it is. None: there is none.
+    """
 
     status: Status
     time: float
     steps: int
     cause: str = ""
+    valid_until: float | None = None
+    doubt: str = ""
 
     @property
     def completed(self) -> bool:
         """True when the run reached its end."""
         return self.status is Status.COMPLETED
 
+    @property
+    def invalid(self) -> str:
+        """From when on the run is not valid and why, in words; empty if nothing speaks against it."""
+        if self.valid_until is None:
+            return ""
+        return f"not valid from t = {self.valid_until:.4g} s: {self.doubt}"
+
     def __str__(self) -> str:
         text = f"{self.status.word} at t = {self.time:.6g} s after {self.steps} steps"
         if self.cause:
             text += f": {self.cause}"
+        if self.invalid:
+            text += f"; {self.invalid}"
         return f"{text}. {self.status.advice}".rstrip() if not self.completed else text

@@ -17,6 +17,7 @@ from drillrig_pin.kinematics import Array
 from drillrig_pin.scenario import Scenario
 from drillrig_pin.statics import Equilibrium
 from drillrig_pin.trajectory import Trajectory
+from drillrig_pin.validity import looked_at
 
 #: A change of the initial velocity [rad/s, m/s] that is more than rounding.
 NOTICED = 1e-9
@@ -84,6 +85,7 @@ class Recorder:
         loads = [i for i, e in enumerate(forces) if e.load]
         others = [i for i, e in enumerate(forces) if i not in cylinders and not e.load]
         oil = _Oil(dynamics.groups, x, cylinders)
+        outcome = looked_at(outcome, dynamics.groups, forces, self._time[:n], x)
         arrays = Arrays(
             {
                 "q": self._q[:n],

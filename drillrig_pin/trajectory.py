@@ -195,7 +195,13 @@ class Trajectory:
             name: (("time", *meaning.dims), self.arrays[name], {"units": meaning.unit, "long_name": meaning.text})
             for name, meaning in VARIABLES.items()
         }
-        return xarray.Dataset(variables, coords, {"title": self.scenario.name, "content_hash": self.content_hash})
+        about = {"title": self.scenario.name, "content_hash": self.content_hash}
+        return xarray.Dataset(variables, coords, about | self._doubt())
+
+    def _doubt(self) -> dict[str, str | float]:
+        """From when on the run is not valid and why, as files say it; empty if nothing speaks against it."""
+        outcome = self.outcome
+        return {} if outcome.valid_until is None else {"valid_until": outcome.valid_until, "doubt": outcome.doubt}
 
     @property
     def content_hash(self) -> str:
@@ -222,6 +228,7 @@ class Trajectory:
             "end_time": float(outcome.time),
             "steps": float(outcome.steps),
             "cause": outcome.cause,
+            **self._doubt(),
             "cost": json.dumps(self.cost),
             "notes": json.dumps(self.notes),
             "added": json.dumps(self.added),
@@ -237,7 +244,10 @@ class Trajectory:
         write_netcdf(Path(path), _columns(self.time, self.arrays), {**self.labels, "axis": AXES}, attributes, groups)
 
     def to_csv(self, path: str | Path) -> None:
-        """Write all variables as one table, a column each, named ``variable.label [unit]``."""
+        """Write all variables as one table, a column each, named ``variable.label [unit]``.
+
+        A run that is not valid to its end has a last column more: 1 while it is, 0 from then on.
+        """
         names, table = self._flat()
         write_csv(Path(path), names, table)
 
@@ -246,7 +256,7 @@ class Trajectory:
         content: dict[str, Any] = {"time": self.time[:, None], **self.arrays}
         content["labels"] = {dim: np.array(words, dtype=object) for dim, words in self.labels.items()}
         content["units"] = {name: meaning.unit for name, meaning in VARIABLES.items()}
-        content["content_hash"] = self.content_hash
+        content |= {"content_hash": self.content_hash, **self._doubt()}
         write_mat(Path(path), content)
 
     def _flat(self) -> tuple[list[str], Array]:
@@ -260,6 +270,9 @@ class Trajectory:
             model = self.model if of_joints & set(meaning.dims) else ""
             names += [f"{name}{suffix} [{unit_of(meaning.unit, suffix[1:], model)}]" for suffix in suffixes]
             columns.append(self.arrays[name].reshape(len(self.time), len(suffixes)))
+        if self.outcome.valid_until is not None:
+            names.append("valid [1 or 0]")
+            columns.append((self.time[:, None] < self.outcome.valid_until).astype(float))
         return names, np.hstack(columns)
 
 
@@ -289,13 +302,15 @@ def load_trajectory(path: str | Path) -> Trajectory:
             _require_shapes(rows, labels)
             count_turns(rows, names)
             kept = Kept(rows.pop("time"), rows)
-        frequency = attributes.get("load_frequency")
         count_turns(arrays, labels)
+        frequency, until = attributes.get("load_frequency"), attributes.get("valid_until")
         outcome = Outcome(
             Status[attributes["status"]],
             float(attributes["end_time"]),
             int(attributes["steps"]),
             str(attributes["cause"]),
+            None if until is None else float(until),
+            str(attributes.get("doubt", "")),
         )
         return Trajectory(
             arrays.pop("time"),

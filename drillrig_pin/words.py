@@ -86,12 +86,25 @@ def si(text: str) -> tuple[float, str]:
 
 
 def quantity(value: float | None, unit: str, digits: int = 3) -> str:
-    """A value given in SI with the unit people read it in, e.g. ``0.0123 m`` as ``12.3 mm``; a dash for None."""
+    """A value given in SI with the unit people read it in, e.g. ``0.0123 m`` as ``12.3 mm``; a dash for None.
+
+    Pressures are absolute: one below zero is none, and marked as the tension that the oil's law would need.
+    """
     if value is None:
         return "–"
     name, factor = reading(unit, value if value else 1.0)
     space = "" if name == "°" else " "
-    return f"{number(value * factor, digits)}{space}{name}".rstrip()
+    return f"{number(value * factor, digits)}{space}{name}".rstrip() + (TENSION if unit == "Pa" and value < 0 else "")
+
+
+#: Stands behind a pressure below zero.
+TENSION = " (tension)"
+
+
+def absolute(pressure: float, digits: int = 3) -> str:
+    """An absolute pressure [Pa] within a sentence, e.g. ``13.7 bar absolute``; below zero marked as tension."""
+    name, factor = reading("Pa", pressure)
+    return f"{number(pressure * factor, digits)} {name} absolute{TENSION if pressure < 0 else ''}"
 
 
 def in_one_unit(values: Sequence[float | None], unit: str) -> list[str]:

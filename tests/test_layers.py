@@ -29,6 +29,7 @@ LAYERS: list[tuple[str, ...]] = [
     ("statics", "stabilization"),
     ("dynamics", "scenario", "stepping"),
     ("constraint_watch", "integrators", "core", "trajectory", "older", "columns"),
+    ("validity",),
     ("recorder",),
     ("marching",),
     ("methods", "modes"),

@@ -26,6 +26,8 @@ class Design:
     Attributes:
         kinds: URDF type of every joint, by name.
         relief: gauge pressure at which a cylinder's relief valve opens [Pa], by cylinder.
+        vapour: absolute pressure below which a cylinder's oil tears [Pa], by cylinder; those that leave it to the
+            assumed default are missing.
         contacts: unit world axis into the rock, by contact element.
         ramp: longest smooth start among the loads that acted [s]; 0 without one.
         shortest_ramp: shortest of them [s]; 0 if one acts in full at once.
@@ -40,6 +42,7 @@ class Design:
 
     kinds: dict[str, str]
     relief: dict[str, float]
+    vapour: dict[str, float]
     contacts: dict[str, Axis]
     ramp: float
     shortest_ramp: float
@@ -71,6 +74,7 @@ def design_of(trajectory: Trajectory, file: ModelFile | None = None) -> Design:
     return Design(
         kinds,
         {cylinder.name: cylinder.relief_pressure for cylinder in cylinders},
+        {c.name: c.vapour_pressure for c in cylinders if "vapour_pressure" in c.model_fields_set},
         {contact.name: contact.axis for contact in contacts},
         max(ramps, default=0.0),
         min(ramps, default=0.0),

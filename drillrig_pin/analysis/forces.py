@@ -3,17 +3,28 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from drillrig_pin.analysis.design import Design
 from drillrig_pin.analysis.series import extremes, share_above, weights
-from drillrig_pin.elements.cylinder import ATMOSPHERE
+from drillrig_pin.elements.cylinder import ATMOSPHERE, VAPOUR_PRESSURE
 from drillrig_pin.kinematics import Array
 from drillrig_pin.trajectory import Trajectory
 
 #: Below this absolute pressure [Pa] oil releases its air, and the law of the trapped column no longer holds.
 GAS_RELEASE = 1e5
+
+
+class Chamber(NamedTuple):
+    """One chamber of a cylinder: its name, least and greatest absolute pressure [Pa], shares of time beyond limits."""
+
+    name: str
+    least: float
+    greatest: float
+    below: float
+    above: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,8 +37,11 @@ class CylinderRange:
         cylinder: its name.
         a_min, a_max, b_min, b_max: absolute pressures of the piston and the annulus chamber, whole run [Pa].
         relief: absolute pressure at which the relief valve would open [Pa]; None if the model no longer tells.
-        below, above: share of the whole time a chamber is below gas release, or above relief, from 0 to 1.
+        below, above: share of the whole time any chamber is below gas release, or above relief, from 0 to 1.
         force_min, force_max: force of the cylinder after the start-up, positive pushes the pins apart [N].
+        a_below, a_above, b_below, b_above: the same shares, of one chamber each.
+        vapour: absolute pressure below which its oil tears [Pa].
+        vapour_assumed: the model leaves that to the assumed default.
     """
 
     cylinder: str
@@ -40,6 +54,20 @@ class CylinderRange:
     above: float
     force_min: float
     force_max: float
+    a_below: float
+    a_above: float
+    b_below: float
+    b_above: float
+    vapour: float
+    vapour_assumed: bool
+
+    @property
+    def chambers(self) -> tuple[Chamber, Chamber]:
+        """The piston chamber A and the annulus chamber B."""
+        return (
+            Chamber("A", self.a_min, self.a_max, self.a_below, self.a_above),
+            Chamber("B", self.b_min, self.b_max, self.b_below, self.b_above),
+        )
 
 
 def cylinder_ranges(trajectory: Trajectory, design: Design, steady: slice) -> tuple[CylinderRange, ...]:
@@ -51,16 +79,24 @@ def cylinder_ranges(trajectory: Trajectory, design: Design, steady: slice) -> tu
         b = trajectory.of("pressure_b", name) + ATMOSPHERE
         force = trajectory.of("cylinder_force", name)[steady]
         relief = design.relief[name] + ATMOSPHERE if name in design.relief else None
-        lower, upper = np.minimum(a, b), np.maximum(a, b)
+        vapour = design.vapour.get(name)
+        shares = [
+            (share_above(time, -p, -GAS_RELEASE), share_above(time, p, relief) if relief is not None else 0.0)
+            for p in (np.minimum(a, b), np.maximum(a, b), a, b)
+        ]
         found.append(
             CylinderRange(
                 name,
                 *extremes(time, a),
                 *extremes(time, b),
                 relief,
-                share_above(time, -lower, -GAS_RELEASE),
-                share_above(time, upper, relief) if relief is not None else 0.0,
+                shares[0][0],
+                shares[1][1],
                 *extremes(time[steady], force),
+                *shares[2],
+                *shares[3],
+                VAPOUR_PRESSURE if vapour is None else vapour,
+                vapour is None,
             )
         )
     return tuple(found)

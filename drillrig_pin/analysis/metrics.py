@@ -25,8 +25,10 @@ from drillrig_pin.analysis.spectra import (
     strongest_lines,
 )
 from drillrig_pin.analysis.trust import Trust, trust
+from drillrig_pin.analysis.validity import invalid
 from drillrig_pin.analysis.window import Steadiness, Window, window_of
 from drillrig_pin.trajectory import AXES, Trajectory
+from drillrig_pin.words import absolute
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +66,7 @@ class Metrics:
         steadiness: whether the motion has settled by the end of the start-up.
         sampling: of the rows the statistics are made of.
         stored: of the samples that curves are made of.
+        invalid: why none of this may be used, in words; empty for a run that nothing speaks against.
     """
 
     start_up: float
@@ -78,6 +81,7 @@ class Metrics:
     steadiness: Steadiness
     sampling: Sampling
     stored: Sampling
+    invalid: tuple[str, ...] = ()
 
 
 def measure(trajectory: Trajectory) -> Metrics:
@@ -91,6 +95,7 @@ def measure(trajectory: Trajectory) -> Metrics:
     reactions = reaction_ranges(record, design, steady)
     trusted = trust(trajectory)
     sampling, stored = record_sampling(trajectory, design), stored_sampling(trajectory, design)
+    doubts = invalid(trajectory, trusted)
     return Metrics(
         window.start_up,
         point_motion(record, point, steady, hole) if point else None,
@@ -101,14 +106,15 @@ def measure(trajectory: Trajectory) -> Metrics:
         reactions,
         trusted,
         (
+            *doubts,
             *window_warnings(window, sampling, stored),
             *_pressure_warnings(cylinders),
             *_lift_off(reactions, design),
-            *trusted.doubts,
         ),
         window.steadiness,
         sampling,
         stored,
+        doubts,
     )
 
 
@@ -148,16 +154,17 @@ def window_warnings(window: Window, sampling: Sampling, stored: Sampling) -> lis
 def _pressure_warnings(cylinders: tuple[CylinderRange, ...]) -> list[str]:
     found = []
     for c in cylinders:
-        for chamber, least, greatest in (("A", c.a_min, c.a_max), ("B", c.b_min, c.b_max)):
-            if least < GAS_RELEASE:
+        for x in c.chambers:
+            if x.least < GAS_RELEASE:
+                law = "tears and does not pull as computed" if x.least < c.vapour else "is softer than computed"
                 found.append(
-                    f"{c.cylinder}: chamber {chamber} falls to {least / 1e5:.3g} bar absolute; below "
-                    f"{GAS_RELEASE / 1e5:g} bar oil releases air and is softer than computed ({c.below:.1%} of time)"
+                    f"{c.cylinder}: chamber {x.name} falls to {absolute(x.least)}; below "
+                    f"{GAS_RELEASE / 1e5:g} bar oil releases air ({x.below:.1%} of time) and {law}"
                 )
-            if c.relief is not None and greatest > c.relief:
+            if c.relief is not None and x.greatest > c.relief:
                 found.append(
-                    f"{c.cylinder}: chamber {chamber} rises to {greatest / 1e5:.4g} bar absolute; above "
-                    f"{c.relief / 1e5:.4g} bar its relief valve opens ({c.above:.1%} of time)"
+                    f"{c.cylinder}: chamber {x.name} rises to {absolute(x.greatest, 4)}; above "
+                    f"{c.relief / 1e5:.4g} bar its relief valve opens ({x.above:.1%} of time)"
                 )
     return found
 

@@ -12,12 +12,22 @@ from drillrig_pin.analysis.hole_quality import HoleQuality
 from drillrig_pin.analysis.limits import Limit
 from drillrig_pin.analysis.metrics import Metrics
 from drillrig_pin.errors import Outcome
-from drillrig_pin.words import measure_name, number, percent, quantity
+from drillrig_pin.words import absolute, measure_name, number, percent, quantity
 
 #: A value beyond this part of its limit is worth a look although it keeps it.
 NEAR = 0.8
 #: A frequency with less than this share of the motion does not say where a vibration comes from.
 TELLING = 0.2
+
+
+#: What to do about a pressure that nothing holds.
+BURSTING = "Use no number from that moment on. Look at the geometry and at the units of what was changed."
+#: What to do about oil in tension.
+TORN = (
+    "Use no number from that moment on. A torn column leaves a cavity in which the piston is free, and a blow when it "
+    "closes: motion and peak pressures of the real machine may be several times those printed here. More precharge, a "
+    "larger bore or less load keeps the oil within its law."
+)
 
 
 class Level(Enum):
@@ -33,7 +43,7 @@ class Level(Enum):
 class Finding:
     """One sentence of the verdict: what was found, against a limit or not, and what to do about it.
 
-    ``doubtful``: it keeps the numbers from being judged at all.
+    ``doubtful``: it keeps the numbers from being judged at all. ``voids``: no number of the run may be used.
     """
 
     level: Level
@@ -42,6 +52,7 @@ class Finding:
     advice: str = ""
     limited: bool = False
     doubtful: bool = False
+    voids: bool = False
 
 
 def findings(
@@ -58,13 +69,16 @@ def findings(
         found += _contact(reaction)
     found += _source_of_vibration(metrics)
     order = list(Level)
-    return tuple(sorted(found, key=lambda finding: -order.index(finding.level)))
+    return tuple(sorted(found, key=lambda finding: (not finding.voids, -order.index(finding.level))))
 
 
 def headline(found: tuple[Finding, ...]) -> tuple[Level, str]:
     """The whole verdict in one sentence."""
     bad = [finding for finding in found if finding.level is Level.BAD]
     near = [finding for finding in found if finding.level is Level.NEAR]
+    void = next((finding for finding in found if finding.voids), None)
+    if void is not None:
+        return Level.BAD, f"{void.title}: these numbers are no basis for a decision. {void.sentence}"
     if bad:
         what = "one point needs" if len(bad) == 1 else f"{len(bad)} points need"
         return Level.BAD, f"Not good enough as it is: {what} a change."
@@ -86,10 +100,21 @@ def _computation(metrics: Metrics, outcome: Outcome) -> list[Finding]:
         words = f"{_sentence(outcome.status.message)} (at {outcome.time:.4g} s)"
         sentence = f"{words}: {outcome.cause}." if outcome.cause else f"{words}."
         found.append(Finding(Level.BAD, "The run stopped early", sentence, outcome.status.advice))
+    if outcome.valid_until is not None:
+        found.append(
+            Finding(
+                Level.BAD,
+                f"Not valid from t = {outcome.valid_until:.4g} s",
+                f"{_sentence(outcome.doubt)}.",
+                TORN if "tears" in outcome.doubt else BURSTING,
+                voids=True,
+            )
+        )
     if trust.doubts:
         words = " and ".join(trust.doubts)
         advice = "Do not use these numbers. Tighten scenario.integrator.rtol or choose another method, and run again."
-        return [*found, Finding(Level.BAD, "The computation is not accurate", f"{_sentence(words)}.", advice)]
+        title, sentence = "The computation is not accurate", f"{_sentence(words)}."
+        return [*found, Finding(Level.BAD, title, sentence, advice, voids=True)]
     kept = []
     if trust.relative is not None:
         kept.append(f"the energy balance closes to {trust.relative:.1e} of the {trust.against}")
@@ -164,20 +189,30 @@ def _shake(metrics: Metrics, limits: Mapping[str, Limit]) -> list[Finding]:
 
 def _cylinder(c: CylinderRange) -> list[Finding]:
     found = []
-    for chamber, least, greatest in (("A", c.a_min, c.a_max), ("B", c.b_min, c.b_max)):
-        if least < GAS_RELEASE:
+    for x in c.chambers:
+        if x.least < GAS_RELEASE:
             sentence = (
-                f"Chamber {chamber} falls to {quantity(least, 'Pa')} absolute; below {quantity(GAS_RELEASE, 'Pa')} the "
-                f"oil releases air ({percent(c.below)} of time) and is softer than computed."
+                f"Chamber {x.name} falls to {absolute(x.least)}; below {quantity(GAS_RELEASE, 'Pa')} the "
+                f"oil releases air ({percent(x.below)} of time) "
             )
-            advice = "Raise its precharge, or load it less."
-            found.append(Finding(Level.BAD, c.cylinder, sentence, advice, limited=True))
-        if c.relief is not None and greatest > NEAR * c.relief:
+            if x.least < c.vapour:
+                assumed = ", assumed" if c.vapour_assumed else ""
+                sentence += (
+                    f"and below {quantity(c.vapour, 'Pa')}{assumed}, it tears instead of pulling: a cavity opens, and "
+                    "motion and pressures are not those printed here but may be several times as large."
+                )
+            else:
+                sentence += "and is softer than computed."
+            found.append(
+                Finding(Level.BAD, c.cylinder, sentence, "Raise its precharge, or load it less.", limited=True)
+            )
+        if c.relief is not None and x.greatest > NEAR * c.relief:
+            opens = f" and is above it for {percent(x.above)} of time" if x.greatest > c.relief else ""
             sentence = (
-                f"Chamber {chamber} rises to {quantity(greatest, 'Pa')} absolute; its relief valve opens at "
-                f"{quantity(c.relief, 'Pa')}."
+                f"Chamber {x.name} rises to {absolute(x.greatest)}; its relief valve opens at "
+                f"{quantity(c.relief, 'Pa')}{opens}."
             )
-            found.append(_against(greatest, c.relief, c.cylinder, sentence, "Take a larger bore, or load it less."))
+            found.append(_against(x.greatest, c.relief, c.cylinder, sentence, "Take a larger bore, or load it less."))
     return found
 
 

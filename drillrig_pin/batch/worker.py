@@ -12,6 +12,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from drillrig_pin.analysis.validity import invalid
 from drillrig_pin.batch.cases import Question, model_fingerprint
 from drillrig_pin.batch.holes import Aim, UnreachableError, aim_at
 from drillrig_pin.batch.measures import measured
@@ -23,6 +24,8 @@ from drillrig_pin.simulation import simulate
 from drillrig_pin.trajectory import Trajectory
 
 COMPLETED = "completed"
+#: It reached its end, but its numbers must not be used; they stand in the table with the reason, and are never ranked.
+INVALID = "invalid"
 UNREACHABLE = "unreachable"
 FAILED = "failed"
 TIME_LIMIT = "time limit"
@@ -56,7 +59,7 @@ class Answer:
 
     Attributes:
         key: that of the question.
-        status: ``completed``, how the run stopped early, or why there is none.
+        status: ``completed``, ``invalid``, how the run stopped early, or why there is none.
         reason: in words, empty for a completed run.
         metrics: values in SI by name.
         units: their units.
@@ -148,6 +151,9 @@ def _run(order: Order, question: Question, answer: Answer, started: float, targe
         found = measured(trajectory, order.metrics, rig)
         answer.metrics = {name: quantity.value for name, quantity in found.items()}
         answer.units = {name: quantity.unit for name, quantity in found.items()}
+        reasons = invalid(trajectory)
+        if outcome.completed and reasons:
+            answer.status, answer.reason = INVALID, "; ".join(reasons)
     if target is not None:
         try:
             answer.trajectory = _kept(trajectory, target)

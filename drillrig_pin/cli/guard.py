@@ -15,6 +15,8 @@ FAILED = 1
 USAGE = 2
 #: The simulation stopped before its end; what it has is kept.
 STOPPED_EARLY = 3
+#: The simulation reached its end, but its numbers must not be used: oil in tension, drift, energy from nowhere.
+NOT_VALID = 4
 #: A bug of this program (EX_SOFTWARE).
 UNEXPECTED = 70
 #: Ctrl-C (128 + SIGINT).

@@ -12,7 +12,7 @@ import typer
 
 from drillrig_pin.cli.case import Json, OptionalModelName, Packages, ScenarioName, Settings, read_rig, read_scenario
 from drillrig_pin.cli.files import require_writable
-from drillrig_pin.cli.guard import INTERRUPTED, STOPPED_EARLY
+from drillrig_pin.cli.guard import INTERRUPTED, NOT_VALID, STOPPED_EARLY
 from drillrig_pin.cli.output import console, print_json
 from drillrig_pin.cli.targets import Force, console_beside, free_name, require_target
 
@@ -81,7 +81,7 @@ def run(
         # Without -o the last result stays, and the reader must not take it for this one.
         fate = "replaced" if replaced else f"{DEFAULT} is left as it is" if output is None and target != DEFAULT else ""
         _report(trajectory, metrics, rig, target, fate=fate, quiet=quiet)
-    _leave(trajectory)
+    _leave(trajectory, metrics)
 
 
 def _measured(trajectory: Trajectory) -> Metrics | None:
@@ -97,13 +97,15 @@ def _measured(trajectory: Trajectory) -> Metrics | None:
         return measure(trajectory)
 
 
-def _leave(trajectory: Trajectory) -> None:
+def _leave(trajectory: Trajectory, metrics: Metrics | None) -> None:
     from drillrig_pin.errors import Status
 
     if trajectory.outcome.status is Status.INTERRUPTED:
         raise typer.Exit(INTERRUPTED)
     if not trajectory.outcome.completed:
         raise typer.Exit(STOPPED_EARLY)
+    if metrics is not None and metrics.invalid:
+        raise typer.Exit(NOT_VALID)
 
 
 def _document(trajectory: Trajectory, metrics: Metrics | None, rig: Rig, output: Path) -> dict[str, Any]:
@@ -121,6 +123,8 @@ def _document(trajectory: Trajectory, metrics: Metrics | None, rig: Rig, output:
             "steps": outcome.steps,
             "cause": outcome.cause,
             "advice": outcome.status.advice,
+            "valid_until": outcome.valid_until,
+            "doubt": outcome.doubt,
         },
         "units": "SI; pressures absolute; RMS about the mean",
         "metrics": metrics,
@@ -151,6 +155,9 @@ def _report(trajectory: Trajectory, metrics: Metrics | None, rig: Rig, output: P
                 f"drillrig params {trajectory.scenario.model} --assumed",
                 markup=False,
             )
+    if metrics is not None and metrics.invalid and outcome.completed:
+        words = f"not to be used: {'; '.join(metrics.invalid)}."
+        console(stderr=True).print(words, markup=False, style="red", soft_wrap=True)
     if outcome.completed:
         if not quiet:
             words = f"Saved to {output}{f' ({fate})' if fate else ''}."

@@ -13,14 +13,19 @@ if TYPE_CHECKING:
 
     from rich.console import Console, RenderableType
 
-    from drillrig_pin.analysis.forces import CylinderRange
+    from drillrig_pin.analysis.forces import Chamber, CylinderRange
     from drillrig_pin.analysis.metrics import Metrics
     from drillrig_pin.analysis.motion import JointRange
     from drillrig_pin.analysis.trust import Trust
 
 
 def print_summary(out: Console, metrics: Metrics) -> None:
-    """Print every section that has content."""
+    """Print every section that has content; first of all whether the numbers may be used."""
+    for reason in metrics.invalid:
+        words = (
+            f"NOT VALID{reason.removeprefix('not valid')}" if reason.startswith("not valid") else f"NOT VALID: {reason}"
+        )
+        out.print(words, markup=False, style="bold red", soft_wrap=True)
     left, right = _survey(metrics), _frequencies(metrics)
     _side_by_side(out, left, right)
     _side_by_side(out, _joints(metrics), _reactions(metrics))
@@ -30,6 +35,8 @@ def print_summary(out: Console, metrics: Metrics) -> None:
     for line in trust_lines(metrics.trust):
         out.print(line, markup=False, style="bold")
     for warning in metrics.warnings:
+        if warning in metrics.invalid:
+            continue
         out.print(f"warning: {warning}", markup=False, style="yellow", soft_wrap=True)
 
 
@@ -127,18 +134,22 @@ def _cylinders(cylinders: tuple[CylinderRange, ...]) -> RenderableType:
     def span(low: float, high: float, factor: float) -> str:
         return f"{decimals(low * factor, 1)} … {decimals(high * factor, 1)}"
 
+    def pressures(chamber: Chamber) -> str:
+        return span(chamber.least, chamber.greatest, 1e-5) + ("*" if chamber.least < 0 else "")
+
     rows = [
         (
             c.cylinder,
-            span(c.a_min, c.a_max, 1e-5),
-            span(c.b_min, c.b_max, 1e-5),
+            *map(pressures, c.chambers),
             decimals(c.relief * 1e-5 if c.relief is not None else None, 0),
             span(c.force_min, c.force_max, 1e-3),
         )
         for c in cylinders
     ]
     heads = ("cylinder", "chamber A", "chamber B", "relief", "force kN")
-    return table("Pressures, bar absolute (1 bar: gas release)", heads, rows)
+    torn = any(chamber.least < 0 for c in cylinders for chamber in c.chambers)
+    note = "; * below zero: no pressure, oil cannot pull" if torn else ""
+    return table(f"Pressures, bar absolute (1 bar: gas release{note})", heads, rows)
 
 
 def trust_lines(trust: Trust) -> list[str]:

@@ -16,6 +16,8 @@ from drillrig_pin.kinematics import Array
 
 #: Standard atmosphere [Pa]. The force law takes gauge pressures; limits of the oil are absolute.
 ATMOSPHERE = 101_325.0
+#: Absolute pressure [Pa] below which a column of oil is taken to tear, where a model does not say: custom, assumed.
+VAPOUR_PRESSURE = 1e4
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +62,15 @@ class LockedOil(Law):
         e_A, e_B = strains or self.strains(x)
         return self.p_A0 - self.E0 * e_A, self.p_B0 - self.E0 * e_B
 
+    def lengths_at(self, pressure: Array) -> tuple[Array, Array]:
+        """Lengths x at which p_A, and at which p_B, is a gauge pressure [m]. p_A falls with x, p_B grows with it."""
+        with np.errstate(over="ignore"):
+            u_A = self.l_A * np.expm1((self.p_A0 - pressure) / self.E0)
+            return self.x0 + u_A, self.x0 + self._u_B(pressure)
+
+    def _u_B(self, pressure: Array) -> Array:
+        return -self.l_B * np.expm1((self.p_B0 - pressure) / self.E0)
+
     def force(self, x: Array, xdot: Array, t: float) -> Array:
         """Force that pushes the pins apart [N]."""
         p_A, p_B = self.pressures(x)
@@ -98,6 +109,9 @@ class LockedOilAsPrinted(LockedOil):
         e_A, e_B = strains or self.strains(x)
         return self.p_A0 - self.E0 * e_A, self.p_B0 + self.E0 * e_B
 
+    def _u_B(self, pressure: Array) -> Array:
+        return self.l_B * np.expm1((pressure - self.p_B0) / self.E0)
+
     def _energy_B(self, u: Array, e_B: Array) -> Array:
         return self.S_B * ((self.l_B + u) * e_B - u)
 
@@ -123,6 +137,13 @@ class Cylinder(Element):
     friction: float = quantity("N*s/m", "viscous friction k of the piston", default=0.0, ge=0)
     precharge: float = quantity("Pa", "gauge pressure of the less loaded chamber at rest", default=0.0, ge=0)
     relief_pressure: float = quantity("Pa", "gauge pressure above which a run warns", default=21e6, gt=0)
+    vapour_pressure: float = quantity(
+        "Pa",
+        "absolute pressure below which the oil tears and a run is not valid; the default is assumed",
+        default=VAPOUR_PRESSURE,
+        ge=0,
+        lt=ATMOSPHERE,
+    )
     law: Literal["geometric", "printed"] = reference(
         "pressure of chamber B: from the geometry, or as printed in the paper", default="geometric"
     )

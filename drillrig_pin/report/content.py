@@ -20,7 +20,7 @@ from drillrig_pin.kinematics import Array
 from drillrig_pin.model.modelfile import Parameter, read_model_text
 from drillrig_pin.report.provenance import asks_the_same, command, scenario_rows
 from drillrig_pin.trajectory import Trajectory, versions
-from drillrig_pin.words import measure_name, number, quantity, reading
+from drillrig_pin.words import TENSION, measure_name, number, quantity, reading
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,7 +158,8 @@ def _range(values: Array) -> tuple[float, float, float]:
 def span(low: float, high: float, unit: str) -> str:
     """Two values in one unit: ``13.7 … 40.3 bar``."""
     name, factor = reading(unit, max(abs(low), abs(high)))
-    return f"{number(low * factor, 3)} … {number(high * factor, 3)} {name}"
+    mark = TENSION if unit == "Pa" and low < 0 else ""
+    return f"{number(low * factor, 3)}{mark} … {number(high * factor, 3)} {name}"
 
 
 def filters() -> dict[str, Any]:
