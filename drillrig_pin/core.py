@@ -15,6 +15,7 @@ from drillrig_pin.dynamics import Dynamics
 from drillrig_pin.elements.base import Element, Law
 from drillrig_pin.elements.contact import BilateralContact, UnilateralContact
 from drillrig_pin.elements.cylinder import Cylinder, LockedOil, LockedOilAsPrinted
+from drillrig_pin.elements.friction import FrictionLaw
 from drillrig_pin.elements.loads import HarmonicLaw, TableLaw
 from drillrig_pin.elements.springs import ConstantForce, SpringDamper
 from drillrig_pin.errors import EngineError, SingularConfigurationError, Status
@@ -59,8 +60,9 @@ KINDS: dict[type[Law], tuple[int, tuple[str, ...]]] = {
     UnilateralContact: (5, ("x0", "N0", "c", "k")),
     HarmonicLaw: (6, ("mean", "ramp")),
     TableLaw: (7, ("ramp",)),
+    FrictionLaw: (8, ("k", "F_c", "w")),
 }
-CALLBACK = 8
+CALLBACK = 9
 
 
 #: Status codes of the core (_core/dynamics.hpp) with their causes.

@@ -17,6 +17,7 @@ from drillrig_pin.constraints import CONSTRAINTS, Constraint, Row
 from drillrig_pin.coordinates import JointCoordinate
 from drillrig_pin.declarations import DECLARATIONS, Gravity, Point, Pose
 from drillrig_pin.elements.base import Element
+from drillrig_pin.elements.friction import friction_of_joints
 from drillrig_pin.elements.problems import model_error
 from drillrig_pin.elements.registry import FORCES, force_class, plugin_tags
 from drillrig_pin.errors import ModelError, ScenarioError, Source, legal_names
@@ -219,6 +220,7 @@ def build_rig(file: ModelFile, elements: Iterable[Element] = ()) -> Rig:
 def assemble_rig(file: ModelFile, elements: Iterable[Element] = ()) -> tuple[Rig, list[Problem]]:
     """Build a rig of whatever is usable, and list what is not. The URDF part must be sound."""
     parsed, sources, problems = parse_elements(file)
+    problems += _read_friction(file, parsed, sources)
     for element in elements:
         if element.name in sources:
             raise ModelError(f"{element.name!r} is already defined", where=sources[element.name], todo="Rename one.")
@@ -237,6 +239,21 @@ def assemble_rig(file: ModelFile, elements: Iterable[Element] = ()) -> tuple[Rig
     )
     problems += massless_joints(rig.model, file)
     return _resolvable(rig, problems)
+
+
+def _read_friction(file: ModelFile, parsed: list[BaseModel], sources: dict[str, Source]) -> list[Problem]:
+    """Add what the <dynamics> of the joints says; problems where it cannot be."""
+    problems = []
+    try:
+        for element, node in friction_of_joints(file.root):
+            if element.name in sources:
+                raise ModelError(f"{element.name!r} is already defined at {sources[element.name]}", where=node.source)
+            parsed.append(element)
+            sources[element.name] = node.source
+    except ModelError as error:
+        where = error.where if isinstance(error.where, Source) else Source(file.path)
+        problems.append(Problem("error", error.what, where, error.todo))
+    return problems
 
 
 def parse_elements(file: ModelFile) -> tuple[list[BaseModel], dict[str, Source], list[Problem]]:

@@ -210,6 +210,7 @@ def _elements(
         ),
         "joint_spring": ({"joint": hinge, "stiffness": 150, "damping": 3, "rest": rest}, ""),
         "joint_torque": ({"joint": hinge, "value": 7.5}, ""),
+        "joint_friction": ({"joint": hinge, "damping": 2, "friction": 5, "creep": 0.1}, ""),
         "contact": (
             {
                 "point": f"{{p{last}}}",

@@ -75,6 +75,9 @@ RIGS: dict[str, Callable[[], Rig]] = {
         pendulum(extension='<joint_spring name="s" joint="hinge" stiffness="4e3" damping="7"/>')
     ),
     "joint torque": lambda: load_rig_text(pendulum(extension='<joint_torque name="s" joint="hinge" value="12.5"/>')),
+    "joint friction": lambda: load_rig_text(
+        pendulum(extension='<joint_friction name="s" joint="hinge" damping="7" friction="12" creep="0.5"/>')
+    ),
     "bilateral contact": lambda: _on_ground("bilateral"),
     "unilateral contact": lambda: _on_ground("unilateral"),
     "constant load": lambda: _loaded('<constant value="3e3" ramp="0.6"/>'),

@@ -21,6 +21,7 @@ from drillrig_pin.kinematics import Array
 
 #: Legal words of the units in the grammar.
 UNITS = {"m", "rad", "kg", "s", "N", "Pa", "Hz", "N/m", "N*s/m", "N*m", "N*m/rad", "N*m*s/rad", "m/s^2", "-"}
+UNITS |= {"m/s", "rad/s"}
 
 
 def _number(field: Any) -> st.SearchStrategy[float]:

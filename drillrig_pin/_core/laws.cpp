@@ -88,6 +88,10 @@ LawValue evaluate(const Law& law, int index, const LawContext& context, double x
     case LawKind::table:
       value.force = table(law, context.series->data(), t);
       break;
+    case LawKind::joint_friction:
+      value.force = -p[0] * x_dot - p[1] * std::tanh(x_dot / p[2]);
+      value.dissipation = -value.force * x_dot;
+      break;
     case LawKind::callback:
       value.ok = context.callback.evaluate(context.callback.owner, index, x, x_dot, t, &value.force, &value.dissipation);
       break;

@@ -14,6 +14,7 @@ enum class LawKind : int {
   unilateral_contact,     // x0 N0 c k
   harmonic,               // mean ramp, then terms in `series`: amplitude frequency phase
   table,                  // ramp, then knots in `series`: t, then four coefficients of the cubic behind it
+  joint_friction,         // k F_c w
   callback,               // a law of the user's, evaluated by whoever owns it
 };
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from pydantic import ValidationError
@@ -14,6 +14,8 @@ from drillrig_pin.elements.cylinder import Cylinder
 from drillrig_pin.elements.loads import Harmonics, Load, Table
 from drillrig_pin.errors import ModelError
 from drillrig_pin.model.modelfile import ModelFile, read_model_text
+from drillrig_pin.model.numbers import vector
+from drillrig_pin.model.tree_text import child
 from drillrig_pin.trajectory import Trajectory
 
 Axis = tuple[float, float, float]
@@ -38,6 +40,7 @@ class Design:
         torques: names of the loads that are torques.
         feed: points at the two ends of the feed line, where a drilling force acts and where the tip touches the rock,
             both on one link; None for a machine that does not drill.
+        limits: least and greatest position of every joint that states them [rad or m], by joint.
     """
 
     kinds: dict[str, str]
@@ -52,6 +55,7 @@ class Design:
     tables: dict[str, float]
     torques: frozenset[str]
     feed: tuple[str, str] | None
+    limits: dict[str, tuple[float, float]] = field(default_factory=dict)
 
 
 def design_of(trajectory: Trajectory, file: ModelFile | None = None) -> Design:
@@ -84,7 +88,17 @@ def design_of(trajectory: Trajectory, file: ModelFile | None = None) -> Design:
         {name: table_frequency(samples[:, 0], samples[:, 1]) for name, samples in tables.items()},
         frozenset(load.name for load in loads if load.kind == "torque"),
         _feed(file, contacts, loads),
+        dict(_limits(file)),
     )
+
+
+def _limits(file: ModelFile) -> Iterator[tuple[str, tuple[float, float]]]:
+    for joint in file.root.named("joint"):
+        limit = child(joint, "limit")
+        if limit is None or joint.attributes.get("type") not in ("revolute", "prismatic"):
+            continue
+        low, high = (vector(limit, key, (0.0,))[0] for key in ("lower", "upper"))
+        yield joint.attributes.get("name", ""), (low, high)
 
 
 def relief_pressures(file: ModelFile) -> dict[str, float]:

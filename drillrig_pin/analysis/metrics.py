@@ -13,6 +13,7 @@ from drillrig_pin.analysis.forces import (
     reaction_ranges,
 )
 from drillrig_pin.analysis.hole_quality import HoleQuality, hole_quality
+from drillrig_pin.analysis.joint_limits import LimitPassed, limits_passed
 from drillrig_pin.analysis.motion import JointRange, PointMotion, joint_ranges, point_motion, survey_point
 from drillrig_pin.analysis.sampling import Sampling, record_sampling, stored_sampling
 from drillrig_pin.analysis.sources import Source, driven_frequencies, source_of
@@ -67,6 +68,7 @@ class Metrics:
         sampling: of the rows the statistics are made of.
         stored: of the samples that curves are made of.
         invalid: why none of this may be used, in words; empty for a run that nothing speaks against.
+        passed: joints that went beyond their limits.
     """
 
     start_up: float
@@ -82,6 +84,7 @@ class Metrics:
     sampling: Sampling
     stored: Sampling
     invalid: tuple[str, ...] = ()
+    passed: tuple[LimitPassed, ...] = ()
 
 
 def measure(trajectory: Trajectory) -> Metrics:
@@ -94,6 +97,7 @@ def measure(trajectory: Trajectory) -> Metrics:
     cylinders = cylinder_ranges(record, design, steady)
     reactions = reaction_ranges(record, design, steady)
     trusted = trust(trajectory)
+    passed = limits_passed(record, design)
     sampling, stored = record_sampling(trajectory, design), stored_sampling(trajectory, design)
     doubts = invalid(trajectory, trusted)
     return Metrics(
@@ -108,6 +112,7 @@ def measure(trajectory: Trajectory) -> Metrics:
         (
             *doubts,
             *window_warnings(window, sampling, stored),
+            *(limit.words for limit in passed),
             *_pressure_warnings(cylinders),
             *_lift_off(reactions, design),
         ),
@@ -115,6 +120,7 @@ def measure(trajectory: Trajectory) -> Metrics:
         sampling,
         stored,
         doubts,
+        passed,
     )
 
 

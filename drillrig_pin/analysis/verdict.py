@@ -60,6 +60,7 @@ def findings(
 ) -> tuple[Finding, ...]:
     """Everything there is to say about a run, the worst first."""
     found = [*_computation(metrics, outcome), *_statistics(metrics)]
+    found += _joints(metrics)
     if quality is not None:
         found += _hole(quality, limits)
     found += _shake(metrics, limits)
@@ -148,6 +149,15 @@ def _statistics(metrics: Metrics) -> list[Finding]:
         advice = "Until then peaks, RMS and load cycles hold part of the start; held against limits they say little."
         found.append(Finding(Level.NEAR, "The motion is not steady", sentence, advice, doubtful=True))
     return found
+
+
+def _joints(metrics: Metrics) -> list[Finding]:
+    """Positions that the machine's joints cannot take."""
+    advice = "Nothing in the model stops it there: add what does, start from another pose, or correct the <limit>."
+    return [
+        Finding(Level.BAD, f"Joint {passed.joint}", f"{_sentence(passed.words)}.", advice, limited=True)
+        for passed in metrics.passed
+    ]
 
 
 def _hole(quality: HoleQuality, limits: Mapping[str, Limit]) -> list[Finding]:

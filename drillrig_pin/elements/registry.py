@@ -8,6 +8,7 @@ from importlib.metadata import entry_points
 from drillrig_pin.elements.base import Element
 from drillrig_pin.elements.contact import Contact
 from drillrig_pin.elements.cylinder import Cylinder
+from drillrig_pin.elements.friction import JointFriction
 from drillrig_pin.elements.loads import Load
 from drillrig_pin.elements.springs import JointSpring, JointTorque, Spring
 from drillrig_pin.errors import ModelError
@@ -15,7 +16,9 @@ from drillrig_pin.errors import ModelError
 #: Entry point group in which a package offers further elements; the entry's name is the tag.
 GROUP = "drillrig_pin.elements"
 
-FORCES: dict[str, type[Element]] = {cls.tag: cls for cls in (Cylinder, JointSpring, Spring, Contact, Load, JointTorque)}
+FORCES: dict[str, type[Element]] = {
+    cls.tag: cls for cls in (Cylinder, JointSpring, Spring, Contact, Load, JointTorque, JointFriction)
+}
 
 
 @lru_cache(maxsize=1)

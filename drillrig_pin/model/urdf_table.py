@@ -171,7 +171,7 @@ _JOINT = Element(
             joints=("revolute", "prismatic"),
         ),
         "dynamics": Element(
-            "friction in the joint",
+            "friction in the joint: acts as a `<joint_friction>` named after it",
             {
                 "damping": _number("viscous [N m s/rad or N s/m]; 0"),
                 "friction": _number("dry [N m or N]; 0"),
