@@ -193,6 +193,13 @@ def test_plot_beside_a_measurement(drillrig: Command) -> None:
     one_sentence(drillrig("plot", "run.nc", "--measured", "gauge.csv"), "--measured-unit")
     document = drillrig("plot", "run.nc", "--measured", "gauge.csv", "--measured-unit", "mm", "--json").document
     assert any(path.endswith("measured.svg") for path in document["figures"])
+    # The run itself: what is left is the rounding of nine digits of a millimetre.
+    assert document["measured"]["rms_error"] < 1e-4
+    assert document["measured"]["shift"] == pytest.approx(0.0, abs=1e-6)
+    fixed = ("--measured", "gauge.csv", "--measured-unit", "mm", "--shift", "0.001", "--json")
+    assert drillrig("plot", "run.nc", "-f", "measured", *fixed).document["measured"]["shift"] == 0.001
+    assert drillrig("report", "run.nc", *fixed).document["measured"]["rms_error"] > 1e-3
+    one_sentence(drillrig("plot", "run.nc", "--shift", "1"), "--shift", "--measured")
     one_sentence(drillrig("plot", "run.nc", "--measured", "gauge.csv", "--measured-axis", "w"), "x, y, z")
     Path("still.csv").write_text("t [s],z [mm]\n" + "".join(f"{i},1\n" for i in range(20)))
     one_sentence(drillrig("plot", "run.nc", "--measured", "still.csv"), "still.csv", "cannot be compared")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -17,8 +17,10 @@ from drillrig_pin.cli.subject import (
     LimitsFile,
     MeasuredAxis,
     MeasuredFile,
+    MeasuredShift,
     MeasuredUnit,
     RunFile,
+    comparison_words,
     cut_sheets,
     judged_by,
     measured_beside,
@@ -27,6 +29,9 @@ from drillrig_pin.cli.subject import (
 )
 from drillrig_pin.cli.targets import Force, console_beside, require_apart, require_target, require_targets
 from drillrig_pin.errors import ResultFileError, legal_names
+
+if TYPE_CHECKING:
+    from drillrig_pin.analysis.measured import Comparison
 
 
 def plot(
@@ -50,6 +55,7 @@ def plot(
     measured: MeasuredFile = None,
     measured_unit: MeasuredUnit = None,
     measured_axis: MeasuredAxis = "z",
+    shift: MeasuredShift = None,
     window: Annotated[
         tuple[float, float] | None,
         typer.Option("--window", metavar="FROM TO", help="Only this part of the run, in seconds, to see single blows."),
@@ -78,6 +84,7 @@ def plot(
 
     Example:  [bold]drillrig plot run.nc --figure survey.z --figure measured --measured hole_9.csv[/]
     """
+    from drillrig_pin.figures.motion import compared
     from drillrig_pin.figures.printed import FORMATS, file_names, save_sheets
     from drillrig_pin.figures.registry import sheets_of
 
@@ -85,9 +92,10 @@ def plot(
     for word in formats:
         if word not in FORMATS:
             raise ResultFileError(f"no format {word!r}", where="--format", todo=legal_names(word, FORMATS, "formats"))
-    beside = measured_beside(measured, measured_unit, measured_axis)
+    beside = measured_beside(measured, measured_unit, measured_axis, shift)
     subject = read_subject(run, **judged_by(limit, limits, hole_direction), **beside)
     sheets = sheets_of(subject, figure)
+    beside_run = compared(subject)
     if window is not None:
         sheets = cut_sheets(sheets, *window)
     if measured is not None and figure is None:
@@ -99,12 +107,14 @@ def plot(
     with working("drawing"):
         written = save_sheets(sheets, folder, dict.fromkeys(formats))
     if json:
-        print_json({"run": str(run), "figures": [str(path) for path in written]})
+        print_json({"run": str(run), "figures": [str(path) for path in written], **_comparison(beside_run)})
         return
     out = console()
     out.print(f"{len(sheets)} figures in {folder}{os.sep}, as {' and '.join(dict.fromkeys(formats))}:", markup=False)
     for sheet in sheets:
         out.print(f"  {sheet.name:<18} {sheet.title}", markup=False)
+    for line in comparison_words(beside_run) if beside_run is not None else ():
+        out.print(line, markup=False, soft_wrap=True)
 
 
 def report(
@@ -119,6 +129,7 @@ def report(
     measured: MeasuredFile = None,
     measured_unit: MeasuredUnit = None,
     measured_axis: MeasuredAxis = "z",
+    shift: MeasuredShift = None,
     force: Force = False,
     json: Json = False,
 ) -> None:
@@ -131,15 +142,17 @@ def report(
     Example:  [bold]drillrig report run.nc -o report.html --limit toe_6m=100mm --limit angle=0.5deg[/]
     """
     from drillrig_pin.analysis.verdict import Level
+    from drillrig_pin.figures.motion import compared
     from drillrig_pin.figures.registry import sheets_of
     from drillrig_pin.report.content import gather
     from drillrig_pin.report.page import report_page
 
     target = output if output is not None else run.with_name(f"{run.stem}_report.html")
     replaced = require_target(target, "page", reads=(run, measured, limits), force=force)
-    beside = measured_beside(measured, measured_unit, measured_axis)
+    beside = measured_beside(measured, measured_unit, measured_axis, shift)
     subject = read_subject(run, **judged_by(limit, limits, hole_direction), **beside)
     sheets = sheets_of(subject)
+    beside_run = compared(subject)
     if measured is not None:
         require_comparison(sheets, measured)
     content = gather(subject)
@@ -161,6 +174,7 @@ def report(
                 "hole_quality": content.quality,
                 "limits": dict(content.limits),
                 "rainflow": content.counts,
+                **_comparison(beside_run),
             }
         )
         return
@@ -169,8 +183,14 @@ def report(
     for finding in content.findings:
         if finding.level in (Level.BAD, Level.NEAR):
             out.print(f"  {finding.title}: {finding.sentence} {finding.advice}", markup=False)
+    for line in comparison_words(beside_run) if beside_run is not None else ():
+        out.print(line, markup=False, soft_wrap=True)
     word = "replaced" if replaced else "written"
     out.print(f"{target} {word} ({size / 1e6:.1f} MB). Open it in a browser.", markup=False)
+
+
+def _comparison(found: Comparison | None) -> dict[str, object]:
+    return {} if found is None else {"measured": found.numbers()}
 
 
 def export(

@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from drillrig_pin.errors import ResultFileError, ScenarioError
+from drillrig_pin.words import percent
 
 if TYPE_CHECKING:
+    from drillrig_pin.analysis.measured import Comparison
     from drillrig_pin.figures.sheet import Sheet
     from drillrig_pin.figures.subject import Subject
 
@@ -30,6 +32,14 @@ MeasuredUnit = Annotated[
 ]
 MeasuredAxis = Annotated[
     str, typer.Option("--measured-axis", metavar="x|y|z", help="World axis the measurement is along.")
+]
+MeasuredShift = Annotated[
+    float | None,
+    typer.Option(
+        "--shift",
+        metavar="S",
+        help="Add these seconds to its times. Default: where it fits the run best, which is said.",
+    ),
 ]
 LimitSettings = Annotated[
     list[str] | None,
@@ -64,7 +74,7 @@ def read_subject(run: Path, **options: Any) -> Subject:
     return subject_of(trajectory, **options)
 
 
-def measured_beside(file: Path | None, unit: str | None, axis: str) -> dict[str, Any]:
+def measured_beside(file: Path | None, unit: str | None, axis: str, shift: float | None) -> dict[str, Any]:
     """The measurement of a command line as options of a subject.
 
     Raises:
@@ -78,7 +88,21 @@ def measured_beside(file: Path | None, unit: str | None, axis: str) -> dict[str,
         raise ResultFileError(f"no axis {axis!r}", where="--measured-axis", todo=legal_names(axis, AXES, "axes"))
     if unit is not None and file is None:
         raise ResultFileError("there is no measurement", where="--measured-unit", todo="Give --measured FILE.csv.")
-    return {"measurement": read_measurement(file, unit) if file is not None else None, "measured_axis": axis}
+    if shift is not None and file is None:
+        raise ResultFileError("there is no measurement", where="--shift", todo="Give --measured FILE.csv.")
+    if shift is not None and not math.isfinite(shift):
+        raise ResultFileError(f"{shift} is no time", where="--shift", todo="Give seconds.")
+    measurement = read_measurement(file, unit) if file is not None else None
+    return {"measurement": measurement, "measured_axis": axis, "measured_shift": shift}
+
+
+def comparison_words(found: Comparison) -> list[str]:
+    """A comparison with a measurement as lines for people."""
+    errors = (
+        f"Against the measurement: RMS error {percent(found.rms_error)}, peak error {100 * found.peak_error:+.1f} %, "
+        f"correlation {found.correlation:.3f}, shift {found.shift:+.4g} s; {len(found.time)} samples."
+    )
+    return [errors, *(f"note: {note}" for note in found.notes)]
 
 
 def judged_by(settings: Sequence[str] | None, file: Path | None, direction: str | None) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -72,37 +73,53 @@ def path(subject: Subject) -> Sheet | None:
     return Sheet("path", f"Path of {point}, {plane}", caption, (panel,))
 
 
-def measured(subject: Subject) -> Sheet | None:
-    """Displacement of the survey point against a measurement (paper: figure 20); None without a measurement."""
-    run, point = subject.trajectory, survey_point(subject.trajectory)
+def compared(subject: Subject) -> Comparison | None:
+    """The run against the measurement beside it; None without one, or where they cannot be compared."""
+    record, point = subject.trajectory.record, survey_point(subject.trajectory)
     if point is None or subject.measurement is None:
         return None
-    axis = subject.measured_axis
-    found = compare_with(run.time, run.of("point_displacement", point, axis), subject.measurement)
-    if found is None:
+    signal = record.of("point_displacement", point, subject.measured_axis)
+    return compare_with(record.time, signal, subject.measurement, subject.measured_shift)
+
+
+def measured(subject: Subject) -> Sheet | None:
+    """Displacement of the survey point against a measurement (paper: figure 20); None without a measurement."""
+    found, point, axis = compared(subject), survey_point(subject.trajectory), subject.measured_axis
+    if found is None or point is None or subject.measurement is None:
         return None
     label, factor = length_unit(found.computed, found.measured)
     note = (
         f"RMS error {found.rms_error:.1%}, peak error {found.peak_error:+.1%}\n"
         f"shift {found.shift:+.4g} s, correlation {found.correlation:.3f}"
     ).replace("%", " %")
+    if found.reversed:
+        note += "\nsign reversed?"
     curves = (
-        Curve("measured", found.time, found.measured * factor, Ink.VERMILION),
-        Curve("computed", found.time, found.computed * factor, Ink.BLUE),
+        _with_gaps(Curve("measured", found.time, found.measured * factor, Ink.VERMILION), found),
+        Curve("computed", found.run_time, found.run * factor, Ink.BLUE),
     )
-    difference = Curve("computed − measured", found.time, (found.computed - found.measured) * factor, Ink.INK)
+    left = Curve("computed − measured", found.time, (found.computed - found.measured) * factor, Ink.INK)
     unit = f"{axis} [{label}]"
     panels = (
         Panel("signals", f"{point} along {axis}", TIME, unit, curves, note=note),
         Panel("close_up", "close-up", TIME, unit, tuple(curve.between(*_middle(found)) for curve in curves)),
-        Panel("difference", "computed − measured", TIME, unit, (difference,)),
+        Panel("difference", "computed − measured", TIME, unit, (_with_gaps(left, found),)),
     )
+    how = "greatest correlation" if subject.measured_shift is None else "shift given"
     caption = (
-        f"Displacement of {point} along {axis} against {subject.measurement.name}, shifted in time to the greatest "
-        "correlation, means removed. RMS error: RMS of the difference over RMS of the measurement. Peak error: "
-        "peak-to-peak computed against measured."
+        f"Displacement of {point} along {axis} against {subject.measurement.name}, shifted in time to the {how}, means "
+        "over the overlap removed; the run is evaluated at the times of the measurement. RMS error: RMS of the "
+        "difference over RMS of the measurement. Peak error: peak-to-peak computed against measured."
+        + "".join(f" Note: {words}." for words in found.notes)
     )
     return Sheet("measured", f"{point} against the measurement", caption, panels, shared=False)
+
+
+def _with_gaps(curve: Curve, found: Comparison) -> Curve:
+    """The curve broken where the measurement has a gap."""
+    behind = np.searchsorted(curve.x, found.gaps[:, 1]) if len(found.gaps) else np.zeros(0, dtype=int)
+    middle = found.gaps.mean(axis=1) if len(found.gaps) else np.zeros(0)
+    return replace(curve, x=np.insert(curve.x, behind, middle), y=np.insert(curve.y, behind, np.nan))
 
 
 def _middle(found: Comparison) -> tuple[float, float]:

@@ -31,7 +31,9 @@ class Subject:
         stored: whether curves of the stored samples can show the loads.
         limits: what the run is judged by, by name.
         hole: world direction the hole is meant to have; None: that of the feed at the start.
-        measurement: a measured displacement of the survey point, if one was given, and the world axis it is along.
+        measurement: a measured displacement of the survey point, if one was given.
+        measured_axis: the world axis it is along.
+        measured_shift: what is added to its times [s]; None: where it fits best.
     """
 
     trajectory: Trajectory
@@ -43,6 +45,7 @@ class Subject:
     hole: Axis | None = None
     measurement: Measurement | None = None
     measured_axis: str = "z"
+    measured_shift: float | None = None
 
 
 def subject_of(trajectory: Trajectory, **options: Any) -> Subject:
