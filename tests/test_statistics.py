@@ -3,22 +3,32 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rigs import joint, link, point, robot
+from rigs import joint, link, mass_on_cylinder, point, robot
 
 from drillrig_pin import Scenario, load_rig_text, simulate
+from drillrig_pin.analysis.comparison import compare_runs
 from drillrig_pin.analysis.fatigue import rainflow_ranges
 from drillrig_pin.analysis.metrics import Metrics, measure
 from drillrig_pin.analysis.motion import ring_down
 from drillrig_pin.analysis.series import extremes, rms, share_above, turning_points, weights
 from drillrig_pin.analysis.sources import source_of
 from drillrig_pin.analysis.spectra import amplitude_spectrum, strongest_lines
-from drillrig_pin.trajectory import Mode, Trajectory, load_trajectory
+from drillrig_pin.analysis.verdict import Level
+from drillrig_pin.batch.face import Face, FaceHole
+from drillrig_pin.errors import ResultFileError
+from drillrig_pin.figures.face import inks_of
+from drillrig_pin.figures.registry import sheets_of
+from drillrig_pin.figures.subject import subject_of
+from drillrig_pin.report.content import gather
+from drillrig_pin.report.page import report_page
+from drillrig_pin.trajectory import Kept, Mode, Trajectory, load_trajectory
 
 ENGINES = ("core", "python")
 
@@ -228,3 +238,87 @@ def test_a_peak_between_rows_is_found_and_an_edge_is_not_rounded() -> None:
     saw = np.abs((time * 10) % 2 - 1)
     assert extremes(time, saw)[1] == saw.max()
     assert np.array_equal(turning_points(time, saw), saw)
+
+
+def only_samples(run: Trajectory, every: int) -> Trajectory:
+    """The run as a file of an earlier version holds it: one sample in so many, and nothing else."""
+    kept = slice(None, None, every)
+    scenario = run.scenario.changed({"output_rate": run.scenario.output_rate / every})
+    arrays = {name: array[kept] for name, array in run.arrays.items()}
+    return replace(run, time=run.time[kept], arrays=arrays, scenario=scenario, kept=None, sampled_only=True)
+
+
+def test_samples_that_cannot_show_the_loads_are_said_and_make_no_spectrum() -> None:
+    fine = run_of(harmonics(0.2), 6.0)
+    coarse = only_samples(fine, 20)  # 50 a second, under a load of 48 Hz
+    found = measure(coarse)
+    assert not found.sampling.enough
+    assert found.frequencies is None
+    assert any("cannot show the 48.00 Hz of push" in warning for warning in found.warnings)
+    content = gather(subject_of(coarse))
+    assert content.verdict[0] is Level.BAD
+    assert any("cannot show the 48.00 Hz" in finding.sentence for finding in content.findings)
+    sheets = {sheet.name: sheet for sheet in sheets_of(subject_of(coarse))}
+    assert "survey_spectrum" not in sheets
+    assert "Misleading" in sheets["survey"].caption
+    with pytest.raises(ResultFileError, match="wrong frequencies"):
+        sheets_of(subject_of(coarse), ["survey_spectrum"])
+    assert not any("Misleading" in sheet.caption for sheet in sheets_of(subject_of(fine)))
+
+
+def test_a_coarser_sampled_run_is_never_better() -> None:
+    fine = run_of(harmonics(0.2), 6.0)
+    coarse = only_samples(fine, 20)
+    for pair in ((fine, coarse), (coarse, fine)):
+        found = compare_runs(pair)
+        assert any("neither better nor worse" in caution for caution in found.cautions)
+        assert {change.verdict for row in found.rows for change in row.changes} <= {"same", "other"}
+
+
+def test_curves_are_drawn_from_the_record_where_the_samples_mislead() -> None:
+    fine = run_of(harmonics(0.2), 6.0)
+    coarse = only_samples(fine, 20)
+    run = replace(coarse, kept=Kept(fine.time, fine.arrays), sampled_only=False)
+    found = measure(run)
+    assert found.survey == measure(fine).survey
+    assert found.sampling.enough
+    assert not found.stored.enough
+    assert any("exported samples mislead" in warning for warning in found.warnings)
+    (sheet,) = sheets_of(subject_of(run), ["survey"])
+    assert len(sheet.panels[2].curves[0].y) == len(fine.time)
+    assert "Drawn from the rows the statistics are made of" in sheet.caption
+
+
+def test_an_unsteady_run_is_not_judged_and_says_so_in_the_report() -> None:
+    run = run_of(harmonics(2.0), 5.0)
+    content = gather(subject_of(run))
+    assert content.verdict == (Level.NEAR, "Not to be judged yet: the motion is not steady.")
+    assert "not steady yet" in report_page(content, sheets_of(subject_of(run, limits={}), ["survey"]))
+
+
+def test_a_comparison_says_which_run_is_not_steady() -> None:
+    found = compare_runs([run_of(harmonics(0.2), 6.0), run_of(harmonics(2.0), 5.0)])
+    assert any(caution.startswith("run 2 is not steady yet") for caution in found.cautions)
+
+
+def test_the_range_of_force_is_that_after_the_start_up_and_pressures_are_those_of_the_whole_run() -> None:
+    shaker = (
+        '<load name="shaker" kind="force" point="pin_b" axis="0 0 1" frame="world"><harmonics mean="5000">'
+        '<term amplitude="1000" frequency="40"/></harmonics></load>'
+    )
+    run = simulate(load_rig_text(mass_on_cylinder(extension=shaker)), Scenario(duration=2.0))
+    found = measure(run)
+    (oil,) = found.cylinders
+    record = run.record
+    after = record.time >= found.start_up
+    force = record.of("cylinder_force", "oil")
+    assert oil.force_max - oil.force_min == pytest.approx(np.ptp(force[after]), rel=0.02)
+    assert oil.a_max >= record.of("pressure_a", "oil").max() + 101_325 - 1
+
+
+def test_every_share_worth_drawing_has_a_look_of_its_own() -> None:
+    shares = {f"element_{i}": 0.07 for i in range(14)}
+    hole = FaceHole("h", (0.0, 0.0, 0.0), 0.0, 0.0, False, 0, 1.0, (1.0, 1.0), "", True, shares, None, None)
+    looks = inks_of(Face("S.z.rms", "m", (hole,), frozenset(), False))
+    assert set(looks) == set(shares)
+    assert len(set(looks.values())) == 14

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +13,7 @@ from drillrig_pin.analysis.design import design_of
 from drillrig_pin.analysis.differences import Difference, differences
 from drillrig_pin.analysis.fatigue import cylinder_rainflow
 from drillrig_pin.analysis.hole_quality import hole_quality
-from drillrig_pin.analysis.metrics import measure
+from drillrig_pin.analysis.metrics import Metrics, measure
 from drillrig_pin.analysis.quantities import GROUPS, Quantity, quantities
 from drillrig_pin.analysis.window import window_of
 from drillrig_pin.model.modelfile import read_model_text
@@ -79,10 +79,19 @@ class Comparison:
 
 def compare_runs(runs: Sequence[Trajectory]) -> Comparison:
     """Compare two or more runs of at least two samples each with the first of them."""
-    tables = [_numbers(run) for run in runs]
+    measured = [_measured(run) for run in runs]
+    tables = [table for _, table in measured]
     first, others = tables[0], tables[1:]
+    # Rows that cannot show the loads miss peaks: what they make smaller is not better.
+    shown = [metrics.sampling.enough for metrics, _ in measured]
     rows = [
-        Row(quantity, tuple(_change(quantity, table[key]) for table in others))
+        Row(
+            quantity,
+            tuple(
+                _change(quantity, table[key], judged=shown[0] and enough)
+                for table, enough in zip(others, shown[1:], strict=True)
+            ),
+        )
         for key, quantity in first.items()
         if all(key in table and table[key].unit == quantity.unit for table in others)
     ]
@@ -91,25 +100,30 @@ def compare_runs(runs: Sequence[Trajectory]) -> Comparison:
     missing = {q.key: q.label for table in tables for q in table.values() if q.key not in shared}
     machines = tuple(read_model_text(run.model).name for run in runs)
     return Comparison(
-        machines, tuple(rows), tuple(missing.values()), differences(runs), tuple(_cautions(runs, machines, missing))
+        machines,
+        tuple(rows),
+        tuple(missing.values()),
+        differences(runs),
+        (*_cautions(runs, machines, missing), *_doubts(metrics for metrics, _ in measured)),
     )
 
 
-def _numbers(run: Trajectory) -> dict[str, Quantity]:
+def _measured(run: Trajectory) -> tuple[Metrics, dict[str, Quantity]]:
     # The last samples of a run that diverged may be too large to be squared.
     with np.errstate(all="ignore"):
         metrics, window = measure(run), window_of(run)
         record, rows = window.record, window.rows
-        return quantities(metrics, hole_quality(record, design_of(run), rows), cylinder_rainflow(record, rows))
+        quality = hole_quality(record, design_of(run), rows)
+        return metrics, quantities(metrics, quality, cylinder_rainflow(record, rows))
 
 
-def _change(reference: Quantity, other: Quantity) -> Change:
+def _change(reference: Quantity, other: Quantity, *, judged: bool = True) -> Change:
     absolute = other.value - reference.value
     relative = absolute / abs(reference.value) if reference.value else None
     noise = max(UNCHANGED * abs(reference.value), reference.noise, other.noise)
     if math.isfinite(absolute) and abs(absolute) <= noise:
         verdict = "same"
-    elif not reference.better or not math.isfinite(absolute):
+    elif not reference.better or not judged or not math.isfinite(absolute):
         verdict = "other"
     else:
         verdict = "better" if (absolute < 0) == (reference.better == "lower") else "worse"
@@ -138,6 +152,17 @@ def _cautions(runs: Sequence[Trajectory], machines: Sequence[str], missing: dict
     if missing:
         found.append(f"{len(missing)} numbers are not in all runs and cannot be compared")
     return found
+
+
+def _doubts(measured: Iterable[Metrics]) -> Iterator[str]:
+    """What keeps the numbers of single runs from being what they are called."""
+    for i, metrics in enumerate(measured, 1):
+        if metrics.steadiness.words:
+            yield f"run {i} is {metrics.steadiness.words}"
+        if not metrics.sampling.enough:
+            yield f"run {i}: {metrics.sampling.words}; its numbers are neither better nor worse"
+        elif not metrics.stored.enough:
+            yield f"run {i}: {metrics.stored.words}; its numbers do not depend on that, exported samples do"
 
 
 def comparison_document(found: Comparison, names: Sequence[str]) -> dict[str, Any]:

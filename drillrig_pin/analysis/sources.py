@@ -67,9 +67,8 @@ def source_of(
     if driving:
         names = " and ".join(f"{load} ({number(f, 4)} Hz)" for load, f in driving)
         also = f" The machine's own mode at {near} is close to it, so the motion is amplified." if near else ""
-        return Source(
-            "load", f"It is driven by {names}.{also}", " and ".join(dict.fromkeys(load for load, _ in driving))
-        )
+        first, *others = dict.fromkeys(load for load, _ in driving)
+        return Source("load", f"It is driven by {names}.{also}", f"{first}{f' +{len(others)}' if others else ''}")
     sines = sorted({f for found in loads.values() for f in found})
     for words, f in _alike(sines):
         if f > rate / 2 and abs(abs(f - rate * round(f / rate)) - frequency) <= width:

@@ -44,6 +44,8 @@ SECTIONS = {
     "energy": "trust",
     "steps": "trust",
 }
+#: What every row of a table says besides: whether its numbers are what they are called.
+WINDOW = ("window.steady", "window.needed", "window.sampled")
 #: Differs from run to run of the same case; the table has a column of its own for it.
 LEFT_OUT = frozenset({"cost.wall_time"})
 

@@ -171,6 +171,8 @@ def _table(plan: Plan, found: dict[str, Answer]) -> pyarrow.Table:
     for name in metrics:
         values = (answer.metrics.get(name) for _, answer in rows)
         columns[name] = [value if value is not None and math.isfinite(value) else None for value in values]
+    for name in _union(answer.window for _, answer in rows):
+        columns.setdefault(name, [answer.window.get(name) for _, answer in rows])
     for _, answer in rows:
         units |= answer.units
     for name in ("status", "reason", "solve_time", "wall_time", "content_hash"):

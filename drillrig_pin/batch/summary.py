@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from fnmatch import fnmatchcase
 
+from drillrig_pin.analysis.sampling import ENOUGH
 from drillrig_pin.batch.cases import Case, Plan
 from drillrig_pin.batch.worker import COMPLETED, FAILED, TRIED_AGAIN, UNREACHABLE, Answer
 
@@ -32,6 +33,9 @@ class Tally:
         solve_time: time spent in integrations by this command [s].
         names: every metric met so far.
         completed: a case that was completed, once there is one.
+        unsteady: completed cases whose motion has not settled.
+        needed: how long their runs must be at least [s]; 0 if nothing is known of it.
+        unseen: completed cases whose rows cannot show the loads.
         note: what a search that plans its cases as it goes has to say of itself.
     """
 
@@ -45,6 +49,7 @@ class Tally:
         self._pattern = plan.study.worst or plan.study.metrics[0]
         self.names: set[str] = set()
         self.completed: Case | None = None
+        self.unsteady, self.unseen, self.needed = 0, 0, 0.0
         self.note = ""
         self.before = 0
         self._cases: dict[str, list[Case]] = {}
@@ -126,6 +131,11 @@ class Tally:
             self.reasons.setdefault(answer.status, (cases[0], answer.reason))
             return len(cases)
         self.names.update(answer.metrics)
+        if answer.window.get("window.steady") == 0:
+            self.unsteady += len(cases)
+            self.needed = max(self.needed, answer.window.get("window.needed", 0.0))
+        if answer.window.get("window.sampled", ENOUGH) < ENOUGH:
+            self.unseen += len(cases)
         self.completed = self.completed or cases[0]
         if not self.metric:
             self.metric = next((name for name in answer.metrics if fnmatchcase(name, self._pattern)), "")

@@ -8,6 +8,7 @@ import tempfile
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from typing import Any
 from drillrig_pin.analysis.validity import invalid
 from drillrig_pin.batch.cases import Question, model_fingerprint
 from drillrig_pin.batch.holes import Aim, UnreachableError, aim_at
-from drillrig_pin.batch.measures import measured
+from drillrig_pin.batch.measures import WINDOW, measured
 from drillrig_pin.errors import DrillrigError, ResultFileError
 from drillrig_pin.model.modelfile import read_model
 from drillrig_pin.rig import Rig, build_rig
@@ -63,6 +64,7 @@ class Answer:
         reason: in words, empty for a completed run.
         metrics: values in SI by name.
         units: their units.
+        window: whether the run is steady (1 or 0), how long it must be to be so [s], rows a period of the fastest load.
         found: joint positions that drill the hole, by joint.
         content_hash: that of the run itself, equal to the one in a result file.
         solve_time: of the integration [s].
@@ -75,6 +77,7 @@ class Answer:
     reason: str = ""
     metrics: dict[str, float] = field(default_factory=dict)
     units: dict[str, str] = field(default_factory=dict)
+    window: dict[str, float] = field(default_factory=dict)
     found: dict[str, float] = field(default_factory=dict)
     content_hash: str = ""
     solve_time: float = 0.0
@@ -148,7 +151,10 @@ def _run(order: Order, question: Question, answer: Answer, started: float, targe
     if not outcome.completed:
         answer.status, answer.reason = outcome.status.word, str(outcome)
     if len(trajectory.time) >= 2:
-        found = measured(trajectory, order.metrics, rig)
+        found = measured(trajectory, (*order.metrics, *WINDOW), rig)
+        answer.window = {name: found[name].value for name in WINDOW if name in found}
+        asked = {name for pattern in order.metrics for name in found if fnmatchcase(name, pattern)}
+        found = {name: quantity for name, quantity in found.items() if name in asked}
         answer.metrics = {name: quantity.value for name, quantity in found.items()}
         answer.units = {name: quantity.unit for name, quantity in found.items()}
         reasons = invalid(trajectory)

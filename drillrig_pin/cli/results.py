@@ -221,8 +221,13 @@ def export(
         trajectory.to_csv(csv)
     if mat is not None:
         trajectory.to_mat(mat)
+    from drillrig_pin.analysis.sampling import stored_sampling
+
+    sampling = stored_sampling(trajectory)
     if json:
-        print_json({"run": str(run), "written": [str(target) for target in targets]})
+        print_json({"run": str(run), "written": [str(target) for target in targets], "sampling": sampling})
         return
     told = " and ".join(f"{target}{' (replaced)' if target in replaced else ''}" for target in targets)
     console_beside(*targets).print(f"{told} written ({len(trajectory.time)} samples).", markup=False)
+    if not sampling.enough:
+        console(stderr=True).print(f"warning: {sampling.words}", markup=False, style="yellow", soft_wrap=True)

@@ -31,7 +31,7 @@ def print_summary(out: Console, metrics: Metrics) -> None:
     _side_by_side(out, _joints(metrics), _reactions(metrics))
     _side_by_side(out, _hole(metrics))
     if metrics.cylinders:
-        out.print(_cylinders(metrics.cylinders), "")
+        out.print(_cylinders(metrics.cylinders, metrics.start_up), "")
     for line in trust_lines(metrics.trust):
         out.print(line, markup=False, style="bold")
     for warning in metrics.warnings:
@@ -72,8 +72,17 @@ def _survey(metrics: Metrics) -> RenderableType | None:
         rows.append(
             ("across hole (⌀)", number(2 * motion.across.farthest * factor), number(motion.across.rms * factor), "")
         )
+    return table(
+        f"Point {motion.point}{_window(metrics)}", ("axis", f"pk-pk {unit}", f"RMS {unit}", f"mean {unit}"), rows
+    )
+
+
+def _window(metrics: Metrics) -> str:
+    """What a heading says of the time its numbers are taken over."""
+    if not metrics.sampling.enough:
+        return ", too few samples to show the loads"
     after = f", after {metrics.start_up:.3g} s" if metrics.start_up > 0 else ""
-    return table(f"Point {motion.point}{after}", ("axis", f"pk-pk {unit}", f"RMS {unit}", f"mean {unit}"), rows)
+    return f"{after}, not steady yet" if metrics.steadiness.words else after
 
 
 def _frequencies(metrics: Metrics) -> RenderableType | None:
@@ -82,13 +91,13 @@ def _frequencies(metrics: Metrics) -> RenderableType | None:
         return None
     unit, factor = _length([line.amplitude for line in found.lines])
     rows = [
-        (decimals(line.frequency, 2), number(line.amplitude * factor), line.axis, percent(line.share))
-        for line in found.lines
+        (decimals(line.frequency, 2), number(line.amplitude * factor), line.axis, percent(line.share), source.short)
+        for line, source in zip(found.lines, found.sources, strict=True)
     ]
-    rows.append(("0–15", "", "", percent(found.boom_share)))
-    rows.append(("15–80", "", "", percent(found.hammer_share)))
+    rows.append(("below 15", "", "", percent(found.boom_share), ""))
+    rows.append(("15–80", "", "", percent(found.hammer_share), ""))
     title = f"Its frequencies, ±{number(found.bin / 2, 2)} Hz"
-    return table(title, ("Hz", f"amplitude {unit}", "mainly", "share"), rows)
+    return table(title, ("Hz", f"amplitude {unit}", "mainly", "share", "from"), rows)
 
 
 def _joints(metrics: Metrics) -> RenderableType | None:
@@ -130,7 +139,7 @@ def _hole(metrics: Metrics) -> RenderableType | None:
     )
 
 
-def _cylinders(cylinders: tuple[CylinderRange, ...]) -> RenderableType:
+def _cylinders(cylinders: tuple[CylinderRange, ...], start_up: float) -> RenderableType:
     def span(low: float, high: float, factor: float) -> str:
         return f"{decimals(low * factor, 1)} … {decimals(high * factor, 1)}"
 
@@ -146,10 +155,10 @@ def _cylinders(cylinders: tuple[CylinderRange, ...]) -> RenderableType:
         )
         for c in cylinders
     ]
-    heads = ("cylinder", "chamber A", "chamber B", "relief", "force kN")
+    heads = ("cylinder", "chamber A", "chamber B", "relief", f"force kN{', after start-up' if start_up > 0 else ''}")
     torn = any(chamber.least < 0 for c in cylinders for chamber in c.chambers)
     note = "; * below zero: no pressure, oil cannot pull" if torn else ""
-    return table(f"Pressures, bar absolute (1 bar: gas release{note})", heads, rows)
+    return table(f"Pressures of the whole run, bar absolute (1 bar: gas release{note})", heads, rows)
 
 
 def trust_lines(trust: Trust) -> list[str]:

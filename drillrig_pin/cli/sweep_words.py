@@ -87,6 +87,23 @@ def print_counts(out: Console, tally: Tally) -> None:
     news = f"{tally.done - tally.before} now, {tally.before} before" if tally.before else ""
     took = _duration(time.monotonic() - tally.started)
     out.print(f"{tally.done} of {tally.total} cases recorded{f' ({news})' if news else ''} in {took}.", markup=False)
+    for doubt in doubts(tally):
+        out.print(f"warning: {doubt}", markup=False, style="yellow", soft_wrap=True)
+
+
+def doubts(tally: Tally) -> Iterator[str]:
+    """What keeps the numbers of completed cases from being what they are called."""
+    if tally.unsteady:
+        todo = f"; run them at least {number(math.ceil(tally.needed), 3)} s" if tally.needed else ""
+        yield (
+            f"{tally.unsteady} of {tally.statuses['completed']} completed cases are not steady yet, their numbers hold "
+            f"part of the start{todo} (column window.steady)"
+        )
+    if tally.unseen:
+        yield (
+            f"{tally.unseen} cases have too few rows to show their loads (column window.sampled): raise "
+            "scenario.output_rate"
+        )
 
 
 def print_failures(out: Console, tally: Tally) -> None:

@@ -31,6 +31,8 @@ ROOM = (0.6, 0.66, 0.5)
 LETTERED = 30
 #: Shares below this are not drawn on their own; a second element is named from this share on.
 SMALL, WORTH_NAMING = 0.03, 0.3
+#: What tells elements apart when there are more of them than colours.
+HATCHES = ("", "/////", ".....")
 GROUND, ROCK, BAD = "#ffffff", "#eeebe6", "#a32100"
 RAMP = "YlOrRd"
 
@@ -118,7 +120,7 @@ def draw_face(face: Face, title: str) -> Figure:
     axes.grid(visible=False)
     axes.set_xlabel("to the right, seen from the machine [m]")
     axes.set_ylabel("up [m]")
-    inks = {name: CYCLE[i].value for i, name in enumerate(face.elements[: len(CYCLE) - 1])}
+    inks = inks_of(face)
     scale = _scale(face)
     lettered = len(face.holes) <= LETTERED
     # Letters that fit between two holes, at about 0.047 inch each.
@@ -130,7 +132,7 @@ def draw_face(face: Face, title: str) -> Figure:
     note = "\n".join(textwrap.wrap(caption(face), 150))
     figure.text(0.02, 0.05 / height, note, ha="left", va="bottom", fontsize=5.6, color="0.3")
     if inks:
-        _name_elements(figure, inks, face, 1 - (head - 0.36) / height)
+        _name_elements(figure, inks, 1 - (head - 0.36) / height)
     if face.drilled:
         _colour_bar(
             figure, face, scale, ((start + wide + 0.12) / WIDTH, MARGINS[2] / height, 0.11 / WIDTH, tall / height)
@@ -156,7 +158,13 @@ def _scale(face: Face) -> Any:
 
 
 def _draw_hole(
-    axes: Axes, hole: FaceHole, face: Face, spacing: float, inks: Mapping[str, str], scale: Any, letters: int
+    axes: Axes,
+    hole: FaceHole,
+    face: Face,
+    spacing: float,
+    inks: Mapping[str, tuple[str, str]],
+    scale: Any,
+    letters: int,
 ) -> None:
     from matplotlib import colormaps
     from matplotlib.patches import Circle
@@ -187,7 +195,15 @@ def _draw_hole(
         )
 
 
-def _ring(axes: Axes, hole: FaceHole, spacing: float, inks: Mapping[str, str]) -> None:
+def inks_of(face: Face) -> dict[str, tuple[str, str]]:
+    """Colour and hatch of every element that has a share worth drawing at some hole, the greatest at any hole first."""
+    most = {name: max(hole.shares.get(name, 0.0) for hole in face.holes) for name in face.elements}
+    names = sorted((name for name, share in most.items() if share >= SMALL), key=lambda name: -most[name])
+    plain = [ink.value for ink in CYCLE if ink is not Ink.GREY]
+    return {name: (plain[i % len(plain)], HATCHES[i // len(plain) % len(HATCHES)]) for i, name in enumerate(names)}
+
+
+def _ring(axes: Axes, hole: FaceHole, spacing: float, inks: Mapping[str, tuple[str, str]]) -> None:
     """Shares clockwise from the top, the greatest first; what is small or negative goes together in grey."""
     from matplotlib.patches import Wedge
 
@@ -199,11 +215,11 @@ def _ring(axes: Axes, hole: FaceHole, spacing: float, inks: Mapping[str, str]) -
     turned = 90.0
     for name, share in [*shown, ("", rest)]:
         end = turned - 360.0 * share
-        colour = inks.get(name, Ink.GREY.value)
+        colour, hatch = inks.get(name, (Ink.GREY.value, ""))
         ring = Wedge(
             (hole.right, hole.up), RING[1] * spacing, end, turned, width=(RING[1] - RING[0]) * spacing, facecolor=colour
         )
-        ring.set(edgecolor="white", linewidth=0.5)
+        ring.set(edgecolor="white", linewidth=0.5, hatch=hatch)
         axes.add_patch(ring)
         turned = end
 
@@ -252,11 +268,11 @@ def _under(axes: Axes, at: tuple[float, float], below: float, lines: list[str], 
         )
 
 
-def _name_elements(figure: Figure, inks: Mapping[str, str], face: Face, top: float) -> None:
+def _name_elements(figure: Figure, inks: Mapping[str, tuple[str, str]], top: float) -> None:
     from matplotlib.patches import Patch
 
-    seen = [n for n in inks if any(hole.shares.get(n, 0.0) >= SMALL for hole in face.holes)] or list(inks)
-    keys: list[Any] = [Patch(color=inks[name], label=name) for name in seen]
+    seen = list(inks)
+    keys: list[Any] = [Patch(fc=colour, ec="white", lw=0, hatch=hatch, label=n) for n, (colour, hatch) in inks.items()]
     keys.append(Patch(color=Ink.GREY.value, label="the others"))
     figure.legend(
         handles=keys,

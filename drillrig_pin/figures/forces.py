@@ -13,7 +13,7 @@ from drillrig_pin.figures.subject import Subject, force_unit
 
 def loads(subject: Subject) -> Sheet | None:
     """Value of every load along its axis (paper: figure 9)."""
-    run = subject.trajectory
+    run = subject.curves
     panels = []
     for name in run.labels["load"]:
         values = run.of("load_value", name)
@@ -25,7 +25,7 @@ def loads(subject: Subject) -> Sheet | None:
 
 def pressures(subject: Subject) -> Sheet | None:
     """Absolute pressure in both chambers of every cylinder, between gas release and relief."""
-    run = subject.trajectory
+    run = subject.curves
     panels = []
     for name in run.labels["cylinder"]:
         curves = tuple(
@@ -45,7 +45,7 @@ def pressures(subject: Subject) -> Sheet | None:
 
 def cylinder_forces(subject: Subject) -> Sheet | None:
     """Force of every cylinder."""
-    run = subject.trajectory
+    run = subject.curves
     panels = []
     for name in run.labels["cylinder"]:
         values = run.of("cylinder_force", name)
@@ -91,7 +91,7 @@ def rainflow(subject: Subject) -> Sheet | None:
 
 def reaction(subject: Subject) -> Sheet | None:
     """Reactions of all constraint rows, and the forces of contacts along their axes into the rock."""
-    run = subject.trajectory
+    run = subject.curves
     rows = [(name, name, run.of("reaction", name)) for name in run.labels["constraint"]]
     contacts = [name for name in run.labels["element"] if name in subject.design.contacts]
     rows += [(name, f"{name} (above zero it pulls)", run.of("element_force", name)) for name in contacts]

@@ -23,7 +23,7 @@ NEAR = 3.0
 
 def joints(subject: Subject) -> Sheet | None:
     """Deviation of every joint from its initial position (paper: figures 11 to 16)."""
-    run = subject.trajectory
+    run = subject.curves
     panels = []
     for name, unit, values in joint_motions(run, subject.design):
         label, factor = angle_unit(values) if unit == "rad" else length_unit(values)
@@ -35,7 +35,7 @@ def joints(subject: Subject) -> Sheet | None:
 
 def survey(subject: Subject) -> Sheet | None:
     """Displacement of the survey point along the world axes (paper: figure 17 shows z)."""
-    run, point = subject.trajectory, survey_point(subject.trajectory)
+    run, point = subject.curves, survey_point(subject.trajectory)
     if point is None:
         return None
     u = run.of("point_displacement", point)
@@ -55,7 +55,7 @@ def path(subject: Subject) -> Sheet | None:
 
     Without a contact to say where the hole is, in the plane of the two largest motions.
     """
-    run, point = subject.trajectory, survey_point(subject.trajectory)
+    run, point = subject.curves, survey_point(subject.trajectory)
     if point is None:
         return None
     u = run.of("point_displacement", point)
@@ -133,7 +133,7 @@ def _middle(found: Comparison) -> tuple[float, float]:
 
 def hole(subject: Subject) -> Sheet | None:
     """Angle error of the feed axis and where the feed line meets collar and toe, over time."""
-    run = subject.trajectory
+    run = subject.curves
     line = feed_line(run, subject.design, subject.hole)
     if line is None:
         return None

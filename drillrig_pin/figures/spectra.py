@@ -5,15 +5,19 @@ from __future__ import annotations
 import numpy as np
 
 from drillrig_pin.analysis.motion import joint_motions, survey_point
+from drillrig_pin.analysis.sampling import record_sampling
 from drillrig_pin.analysis.spectra import BOOM_BAND, HAMMER_BAND, averaged_spectrum
 from drillrig_pin.figures.sheet import AXIS_INKS, Band, Curve, Ink, Mark, Panel, Sheet
 from drillrig_pin.figures.subject import Subject, angle_unit, length_unit
 from drillrig_pin.kinematics import Array
 from drillrig_pin.trajectory import AXES
+from drillrig_pin.words import number
 
 FREQUENCY = "frequency [Hz]"
 #: Twice the hammer's band shows its harmonics too.
 HIGHEST = 2.0 * HAMMER_BAND[1]
+#: So many modes are named.
+OWN = 4
 #: Amplitudes below this part of the tallest line are not shown.
 DEPTH = 1e-4
 BANDS = tuple(
@@ -23,10 +27,9 @@ BANDS = tuple(
 
 def survey_spectrum(subject: Subject) -> Sheet | None:
     """Amplitude spectrum of the survey point along the world axes."""
-    run, point = subject.trajectory, survey_point(subject.trajectory)
-    if point is None:
+    run, steady, point = subject.window.record, subject.window.rows, survey_point(subject.trajectory)
+    if point is None or not record_sampling(run, subject.design).enough:
         return None
-    steady = subject.steady
     spectrum = averaged_spectrum(run.time[steady], run.of("point_displacement", point)[steady])
     if spectrum is None:
         return None
@@ -42,9 +45,9 @@ def survey_spectrum(subject: Subject) -> Sheet | None:
 
 def joint_spectra(subject: Subject) -> Sheet | None:
     """Amplitude spectrum of every joint."""
-    run, steady = subject.trajectory, subject.steady
+    run, steady = subject.window.record, subject.window.rows
     motions = list(joint_motions(run, subject.design))
-    if not motions:
+    if not motions or not record_sampling(run, subject.design).enough:
         return None
     spectrum = averaged_spectrum(run.time[steady], np.stack([values[steady] for _, _, values in motions], axis=1))
     if spectrum is None:
@@ -83,9 +86,12 @@ def _harmonics(percussion: float, highest: float) -> tuple[Mark, ...]:
 
 def _caption(subject: Subject, width: float) -> str:
     blows = subject.design.percussion
-    bands = "Shaded: 0–15 Hz, the machine's own slow motion, and 15–80 Hz"
+    bands = "Shaded: below 15 Hz and 15–80 Hz"
     if blows > 0:
-        bands += f", what the hammer drives. Dotted: the blows at {blows:g} Hz and their harmonics"
+        bands += f". Dotted: the blows at {blows:g} Hz and their harmonics"
+    own = [f"{number(mode.frequency, 3)}" for mode in subject.trajectory.modes if mode.frequency > 0][:OWN]
+    if own:
+        bands += f". The machine's own modes that take longest to ring down: {', '.join(own)} Hz"
     return (
         f"Amplitude spectrum after the start-up (Welch, flat-top window, bins of {width:.2g} Hz): a lasting sine shows "
         f"its amplitude. {bands}."

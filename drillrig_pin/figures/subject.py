@@ -13,10 +13,11 @@ from drillrig_pin.analysis.design import Axis, Design, design_of
 from drillrig_pin.analysis.limits import Limit
 from drillrig_pin.analysis.measured import Measurement
 from drillrig_pin.analysis.motion import after
-from drillrig_pin.analysis.sampling import Sampling, stored_sampling
+from drillrig_pin.analysis.sampling import Sampling, record_sampling, stored_sampling
 from drillrig_pin.analysis.window import Window, window_of
 from drillrig_pin.kinematics import Array
 from drillrig_pin.trajectory import Trajectory
+from drillrig_pin.words import number
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +27,6 @@ class Subject:
     Attributes:
         trajectory: a run of at least two samples.
         design: facts of its model.
-        steady: stored samples after the start-up transient.
         window: what statistics are made of, see there.
         stored: whether curves of the stored samples can show the loads.
         limits: what the run is judged by, by name.
@@ -38,7 +38,6 @@ class Subject:
 
     trajectory: Trajectory
     design: Design
-    steady: slice
     window: Window
     stored: Sampling
     limits: Mapping[str, Limit] = field(default_factory=dict)
@@ -47,13 +46,34 @@ class Subject:
     measured_axis: str = "z"
     measured_shift: float | None = None
 
+    @property
+    def curves(self) -> Trajectory:
+        """What curves over time are drawn from: the stored samples, or the record where those cannot show the loads."""
+        return self.trajectory if self.stored.enough else self.window.record
+
+    @property
+    def steady(self) -> slice:
+        """Rows of the curves after the start-up."""
+        return after(self.curves, self.window.start_up)
+
+    @property
+    def sampled_words(self) -> str:
+        """What a reader of curves must know of the samples; empty where they show the loads."""
+        if self.stored.enough:
+            return ""
+        if record_sampling(self.trajectory, self.design).enough:
+            return (
+                f"Drawn from the rows the statistics are made of: the {number(self.stored.rate, 4)} stored samples a "
+                f"second cannot show the {number(self.stored.highest, 4)} Hz of {self.stored.load}."
+            )
+        return f"Misleading: {self.stored.words}."
+
 
 def subject_of(trajectory: Trajectory, **options: Any) -> Subject:
     """Read the model the run carries; ``options`` are the other fields of a subject."""
     design = design_of(trajectory)
     window = window_of(trajectory, design)
-    steady = after(trajectory, window.start_up)
-    return Subject(trajectory, design, steady, window, stored_sampling(trajectory, design), **options)
+    return Subject(trajectory, design, window, stored_sampling(trajectory, design), **options)
 
 
 def length_unit(*values: Array) -> tuple[str, float]:

@@ -14,7 +14,7 @@ STRETCHES = 200
 
 def constraints(subject: Subject) -> Sheet | None:
     """Residuals of all constraint rows and their rates (paper: figure 18)."""
-    run = subject.trajectory
+    run = subject.curves
     rows = run.labels["constraint"]
     if not rows:
         return None
@@ -37,7 +37,7 @@ def constraints(subject: Subject) -> Sheet | None:
 
 def energy(subject: Subject) -> Sheet | None:
     """Work, stored energies, and the residual of their balance."""
-    run = subject.trajectory
+    run = subject.curves
     work = (("work in", run.work_input, Ink.BLUE), ("dissipated", run.work_dissipated, Ink.VERMILION))
     stored = tuple(
         (name, run.arrays[f"energy_{name}"] - run.arrays[f"energy_{name}"][0], ink)

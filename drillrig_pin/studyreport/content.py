@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import math
 import shlex
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -16,7 +17,7 @@ from drillrig_pin.studyreport.effects import effects_of
 from drillrig_pin.studyreport.judge import Judgement, bound_words, broken, judge_all
 from drillrig_pin.studyreport.subject import StudySubject
 from drillrig_pin.trajectory import versions
-from drillrig_pin.words import quantity
+from drillrig_pin.words import number, quantity
 
 #: Groups of failures listed, and cases named in each.
 MOST_REASONS, MOST_NAMED = 60, 12
@@ -126,6 +127,7 @@ def _statements(subject: StudySubject, judgements: Mapping[int, Judgement]) -> I
     yield from _what_matters(subject)
     yield from _limits(subject, judgements)
     yield _completeness(subject)
+    yield from _doubts(subject)
     yield from _assumptions(subject)
     yield from _noise(subject)
 
@@ -190,6 +192,22 @@ def _completeness(subject: StudySubject) -> Statement:
         )
     failed = len(table) - table.completed
     return Statement(Level.NEAR if failed else Level.GOOD, "Cases", sentence)
+
+
+def _doubts(subject: StudySubject) -> Iterator[Statement]:
+    """Cases whose numbers are not those of a steady motion."""
+    table = subject.table
+    settled = zip(table.columns.get("window.steady", ()), table.columns["status"], strict=False)
+    unsteady = sum(value == 0 and status == COMPLETED for value, status in settled)
+    if unsteady:
+        needed = max((value for value in table.columns.get("window.needed", ()) if value), default=0.0)
+        todo = f" Run them at least {number(math.ceil(needed), 3)} s." if needed else ""
+        yield Statement(
+            Level.NEAR,
+            "Not steady yet",
+            f"{unsteady} of {table.completed} completed cases have not settled: their peaks, RMS and load cycles hold "
+            f"part of the start, and so does their ranking.{todo}",
+        )
 
 
 def _assumptions(subject: StudySubject) -> Iterator[Statement]:
