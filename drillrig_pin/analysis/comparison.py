@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -95,6 +95,7 @@ def compare_runs(runs: Sequence[Trajectory]) -> Comparison:
         for key, quantity in first.items()
         if all(key in table and table[key].unit == quantity.unit for table in others)
     ]
+    changed = any(row.changed for row in rows)
     rows.sort(key=lambda row: (not row.changed, GROUPS.index(row.reference.group), -row.size))
     shared = {row.reference.key for row in rows}
     missing = {q.key: q.label for table in tables for q in table.values() if q.key not in shared}
@@ -104,7 +105,7 @@ def compare_runs(runs: Sequence[Trajectory]) -> Comparison:
         tuple(rows),
         tuple(missing.values()),
         differences(runs),
-        (*_cautions(runs, machines, missing), *_doubts(metrics for metrics, _ in measured)),
+        (*_cautions(runs, machines, missing), *_doubts([m for m, _ in measured], changed=changed)),
     )
 
 
@@ -154,10 +155,10 @@ def _cautions(runs: Sequence[Trajectory], machines: Sequence[str], missing: dict
     return found
 
 
-def _doubts(measured: Iterable[Metrics]) -> Iterator[str]:
-    """What keeps the numbers of single runs from being what they are called."""
+def _doubts(measured: Sequence[Metrics], *, changed: bool) -> Iterator[str]:
+    """What keeps the numbers of single runs from being what they are called, and their changes from being changes."""
     for i, metrics in enumerate(measured, 1):
-        if metrics.steadiness.words:
+        if changed and metrics.steadiness.words:
             yield f"run {i} is {metrics.steadiness.words}"
         if not metrics.sampling.enough:
             yield f"run {i}: {metrics.sampling.words}; its numbers are neither better nor worse"

@@ -35,9 +35,8 @@ def print_summary(out: Console, metrics: Metrics) -> None:
     for line in trust_lines(metrics.trust):
         out.print(line, markup=False, style="bold")
     for warning in metrics.warnings:
-        if warning in metrics.invalid:
-            continue
-        out.print(f"warning: {warning}", markup=False, style="yellow", soft_wrap=True)
+        if warning not in metrics.invalid:
+            out.print(f"warning: {warning}", markup=False, style="yellow")
 
 
 def _side_by_side(out: Console, *sections: RenderableType | None) -> None:
