@@ -102,6 +102,7 @@ def test_what_can_only_mean_one_thing_is_read_without_a_word(
             ["rgba", "3 numbers"],
         ),
         (VISUAL, VISUAL.replace("</v", '<material name="g"/></v'), ["no material 'g' says its colour"]),
+        (VISUAL, VISUAL.replace("<box", "<sphere radius='1'/><box"), ["more than one shape: <box> is ignored"]),
         (VISUAL, VISUAL.replace("box", "bxo"), ["<bxo>", "Did you mean 'box'"]),
         (
             "</robot>",

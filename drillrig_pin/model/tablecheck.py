@@ -24,6 +24,14 @@ def check_table(root: Node) -> Iterator[Problem]:
 def _element(node: Node, known: Element, path: str) -> Iterator[Problem]:
     yield from _attributes(node, known)
     yield from _text(node, known)
+    if node.tag == "geometry" and len(node.children) > 1:
+        others = ", ".join(f"<{child.tag}>" for child in node.children[1:])
+        yield Problem(
+            "warning",
+            f"<geometry> holds more than one shape: {others} is ignored",
+            node.source,
+            "Write a <visual> for each.",
+        )
     seen: dict[str, Node] = {}
     for child in node.children:
         spec = known.children.get(child.tag)
