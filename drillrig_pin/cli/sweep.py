@@ -173,6 +173,8 @@ def _document(finished: Finished) -> dict[str, Any]:
         "cases": tally.total,
         "recorded": tally.done,
         "recorded_before": tally.before,
+        "not_steady": tally.unsteady,
+        "cannot_show_loads": tally.unseen,
         "interrupted": finished.interrupted,
         "statuses": dict(sorted(tally.statuses.items())),
         "metric": tally.metric,

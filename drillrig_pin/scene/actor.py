@@ -10,6 +10,7 @@ import numpy as np
 
 from drillrig_pin.analysis.design import design_of
 from drillrig_pin.analysis.motion import after
+from drillrig_pin.analysis.sampling import stored_sampling
 from drillrig_pin.analysis.window import window_of
 from drillrig_pin.coordinates import Line
 from drillrig_pin.elements.base import Element
@@ -80,6 +81,9 @@ class Actor:
         folder = Path(trajectory.folder) if trajectory.folder else None
         self.visuals, faults = link_visuals(self.rig.file.root, folder, machine_size(self.rig))
         self.notes = notes_of(faults)
+        sampling = stored_sampling(trajectory)
+        if not sampling.enough:
+            self.notes.append(f"What seems to move is not the machine's motion: {sampling.words}.")
         # A law that was made by a plugin which is not installed here need not keep anyone from seeing the machine.
         self.notes += [f"Not drawn: {problem.message}." for problem in problems]
         if not self.visuals:

@@ -72,6 +72,10 @@ def _numbers(trajectory: Trajectory) -> dict[str, Any]:
     level, sentence = headline(found)
     counts = cylinder_rainflow(window.record, window.rows)
     return {
+        "start_up": metrics.start_up,
+        "steadiness": metrics.steadiness,
+        "sampling": metrics.sampling,
+        "stored": metrics.stored,
         "warnings": metrics.warnings,
         "verdict": {"level": level.value, "sentence": sentence},
         "findings": [
