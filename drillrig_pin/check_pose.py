@@ -38,6 +38,8 @@ STILL = 1e-9
 SINGULAR_MASS = 1e-13
 #: What to do where only the zero position can be judged.
 NO_POSE = "The model names no pose: add one, or judge the start of a scenario with drillrig check MODEL --scenario S."
+#: Gauge pressure [Pa] a chamber should at least have at rest, for what drilling takes off it.
+SPARE_PRESSURE = 1e5
 #: Unbalanced static forces below this [N or N m] are rounding.
 BALANCED = 1e-6
 SINGULAR_ADVICE = (
@@ -227,6 +229,14 @@ def _statics(rig: Rig, assembly: Assembly, label: str, where: Source) -> Iterato
         source = rig.sources.get(cylinder.name, Source(rig.file.path))
         for chamber, pressure in zip("AB", equilibrium.pressures[cylinder.name], strict=True):
             bar = (pressure + ATMOSPHERE) / 1e5
+            if 0.0 <= pressure < SPARE_PRESSURE and pressure + ATMOSPHERE >= GAS_RELEASE:
+                yield Problem(
+                    "warning",
+                    f"{label}: chamber {chamber} of cylinder {cylinder.name!r} rests at {bar:.4g} bar absolute: "
+                    "as soon as drilling takes load off it, its oil releases air",
+                    source,
+                    "Give it a precharge, e.g. 2e6 Pa.",
+                )
             if pressure + ATMOSPHERE < GAS_RELEASE:
                 yield Problem(
                     "warning",

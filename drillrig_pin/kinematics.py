@@ -15,6 +15,8 @@ import numpy as np
 import numpy.typing as npt
 import pinocchio as pin
 
+from drillrig_pin.tree_data import make_data
+
 Array = npt.NDArray[np.float64]
 
 
@@ -72,7 +74,7 @@ class Kinematics:
 
     def __init__(self, model: Any) -> None:
         self.model = model
-        self.data = model.createData()
+        self.data = make_data(model)
         # A tree with one dof has its only column handed over as a vector.
         self.J: Array = self.data.J.reshape(6, model.nv)
         self.dJ: Array = self.data.dJ.reshape(6, model.nv)

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from drillrig_pin.errors import FieldError, ScenarioError, legal_names, shown
 from drillrig_pin.files import shipped_scenarios
-from drillrig_pin.yamlfile import read_fields
+from drillrig_pin.yamlfile import read_fields, require_fields
 
 MAX_SAMPLES = 50_000_000
 
@@ -24,8 +24,35 @@ Positive = Annotated[float, Field(gt=0)]
 AutoOrPositive = Literal["auto"] | Positive
 
 
+def require_no_switch(cls: type[BaseModel], given: Any) -> Any:
+    """Refuse `true` and `false` for a field that is none: they would count as 1 and 0.
+
+    Among arguments of a model they are the words that xacro takes.
+    """
+    if not isinstance(given, dict):
+        return given
+    found = dict(given)
+    for name, value in given.items():
+        field = cls.model_fields.get(name)
+        if field is None or field.annotation in (bool, Any):
+            continue
+        if name == "arguments" and isinstance(value, dict):
+            found[name] = {key: str(item).lower() if isinstance(item, bool) else item for key, item in value.items()}
+            continue
+        for key, item in value.items() if isinstance(value, dict) else [("", value)]:
+            if isinstance(item, bool) and (not key or name in _OPEN):
+                place = f"{name}.{key}" if key else name
+                raise ValueError(f"{place} = {str(item).lower()} is a truth value; write a number or a word")
+    return found
+
+
 class _Part(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, str_max_length=10_000)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_switch_for_a_number(cls, given: Any) -> Any:
+        return require_no_switch(cls, given)
 
 
 class Stabilization(_Part):
@@ -149,6 +176,7 @@ def load_scenario(path_or_name: str | Path, **changes: Any) -> Scenario:
             )
         path = shipped[path.name]
     fields, lines = read_fields(path, "a scenario")
+    require_fields(fields, path, "a scenario")
     fields.setdefault("name", path.stem)
     try:
         case = Scenario(**fields)

@@ -1,21 +1,31 @@
 """YAML as every file of this package is written in: plain values, small, and with the line of every entry.
 
 Aliases unfold into gigabytes, tags call constructors, nesting exhausts the stack: all three are refused before anything
-is built.
+is built. So is what YAML reads otherwise than its author meant: a field given twice (the first is lost), 012 (ten) and
+1:30 (ninety). `on`, `off`, `yes` and `no` are words, as in YAML 1.2, not truth values.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from drillrig_pin.errors import ScenarioError, Source
 from drillrig_pin.model.nodes import short_path
 
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 20
+
+#: Numbers that mean another one to YAML 1.1: with a leading zero to base 8, with colons to base 60.
+_OCTAL = re.compile(r"[-+]?0[0-9_]+")
+_BASE_60 = re.compile(r"[-+]?[0-9][0-9_]*(:[0-5]?[0-9])+(\.[0-9_]*)?")
+_BOOL = "tag:yaml.org,2002:bool"
+#: Words that YAML 1.1 takes for truth values.
+_SWITCH = re.compile(r"on|off|yes|no", re.IGNORECASE)
 
 #: Keys and positions that lead to an entry, e.g. ``("axes", 0, "name")``.
 Way = tuple[str | int, ...]
@@ -60,6 +70,13 @@ def read_fields(path: Path, kind: str) -> tuple[dict[str, Any], Lines]:
     return content, Lines(where, dict(_lines(root, ())) if root is not None else {})
 
 
+def require_fields(fields: dict[str, Any], where: Path, kind: str) -> None:
+    """ScenarioError if a file holds nothing: a save that failed, or the wrong file, must not stand for all defaults."""
+    if not fields:
+        todo = "Write at least one field; name: NAME is one."
+        raise ScenarioError(f"{kind} that holds nothing is refused", where=short_path(where), todo=todo)
+
+
 def require_plain(path: Path, kind: str) -> None:
     """Make sure that a file which another library reads is small, free of aliases and nests no deeper than others.
 
@@ -80,7 +97,7 @@ def parse(text: str, where: str) -> tuple[Any, Any]:
     """
     with _yaml_errors_told(where):
         _look_through(text, where, tags=False)
-        loader = _reader()(text)
+        loader = _plain_reader()(text)
         try:
             root = loader.get_single_node()
             return (None if root is None else loader.construct_document(root)), root
@@ -111,6 +128,20 @@ def _reader() -> Any:
     return getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
+@cache
+def _plain_reader() -> Any:
+    """The same, to which words are words: only `true` and `false` are truth values."""
+
+    class Reader(_reader()):  # type: ignore[misc]
+        yaml_implicit_resolvers: ClassVar[dict[Any, Any]] = {
+            first: [(tag, pattern) for tag, pattern in found if tag != _BOOL]
+            for first, found in _reader().yaml_implicit_resolvers.items()
+        }
+
+    Reader.add_implicit_resolver(_BOOL, re.compile(r"true|True|TRUE|false|False|FALSE"), list("tTfF"))
+    return Reader
+
+
 @contextmanager
 def _yaml_errors_told(where: str) -> Iterator[None]:
     import yaml
@@ -133,6 +164,7 @@ def _look_through(text: str, where: str, tags: bool) -> None:
     import yaml
 
     depth = 0
+    keys = _Keys(where)
     for event in yaml.parse(text, Loader=_reader()):
         place = Source(where, event.start_mark.line + 1 if event.start_mark else 0)
         if isinstance(event, yaml.AliasEvent):
@@ -140,9 +172,54 @@ def _look_through(text: str, where: str, tags: bool) -> None:
         tag = getattr(event, "tag", None)
         if not tags and tag is not None:
             raise _unreadable(f"tags such as {tag} are not allowed", place)
+        if isinstance(event, yaml.ScalarEvent) and event.implicit[0]:
+            _require_meant(event.value, place, switches=tags)
+        keys.see(event)
         depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
         if depth > MAX_DEPTH:
             raise _unreadable(f"nested deeper than {MAX_DEPTH} levels", place)
+
+
+def _require_meant(word: str, place: Source, *, switches: bool) -> None:
+    """Refuse a bare word that YAML 1.1 reads as another number; ``switches``: also one it reads as a truth value."""
+    if _OCTAL.fullmatch(word):
+        plain = word.replace("_", "").lstrip("+-0") or "0"
+        raise _unreadable(f"{word} with a leading zero is another number to YAML: write {plain}, or quote it", place)
+    if _BASE_60.fullmatch(word):
+        raise _unreadable(f"{word} is a number to base 60 to YAML: write the number that is meant, or quote it", place)
+    if switches and _SWITCH.fullmatch(word):
+        raise _unreadable(f"{word} is a truth value to YAML: write true or false, or quote it", place)
+
+
+class _Keys:
+    """Fields of every mapping that is open while the events of a file pass by; one given twice is refused."""
+
+    def __init__(self, where: str) -> None:
+        self._where = where
+        #: Of every open collection: the lines of its keys (None for a list), and whether a key comes next.
+        self._open: list[tuple[dict[str, int] | None, bool]] = []
+
+    def see(self, event: Any) -> None:
+        """Take the next event; ScenarioError with both lines if it is a key that was there."""
+        import yaml
+
+        if isinstance(event, yaml.CollectionEndEvent):
+            self._open.pop()
+            return
+        if not isinstance(event, yaml.NodeEvent):
+            return
+        if self._open:
+            keys, is_key = self._open[-1]
+            if keys is not None:
+                self._open[-1] = (keys, not is_key)
+            if keys is not None and is_key and isinstance(event, yaml.ScalarEvent):
+                line = event.start_mark.line + 1 if event.start_mark else 0
+                if event.value in keys:
+                    first = f"first in line {keys[event.value]}"
+                    raise _unreadable(f"{event.value!r} is given twice, {first}", Source(self._where, line))
+                keys[event.value] = line
+        if isinstance(event, yaml.CollectionStartEvent):
+            self._open.append(({} if isinstance(event, yaml.MappingStartEvent) else None, True))
 
 
 def _lines(node: Any, way: Way) -> Iterator[tuple[Way, int]]:

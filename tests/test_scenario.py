@@ -81,8 +81,10 @@ def test_a_scenario_that_is_not_there_is_said(tmp_path: Path) -> None:
         load_scenario("hole_8")
 
 
-def test_an_empty_file_is_the_default_case_under_its_own_name(tmp_path: Path) -> None:
+def test_an_empty_file_is_refused_and_one_field_makes_a_case(tmp_path: Path) -> None:
     (tmp_path / "mine.yaml").write_text("# nothing\n")
+    assert "holds nothing" in refused(tmp_path, "# nothing\n")
+    (tmp_path / "mine.yaml").write_text("name: mine\n")
     assert load_scenario(tmp_path / "mine.yaml") == Scenario(name="mine")
 
 

@@ -15,11 +15,50 @@ namespace drillrig {
 namespace {
 using ConstVector = Eigen::Map<const Eigen::VectorXd>;
 using Vector = Eigen::Map<Eigen::VectorXd>;
+
+// Pinocchio's own workspace holds four tensors of nv^3 numbers that nothing here asks for; see tree_data.py.
+constexpr int kLarge = 100;
+
+pinocchio::Data make_data(const pinocchio::Model& model) {
+  if (model.nv < kLarge || model.nvExtended != model.nv) return pinocchio::Data(model);
+  const std::size_t n = model.njoints;
+  const int nv = model.nv;
+  pinocchio::Data data;
+  for (const auto& joint : model.joints) data.joints.push_back(joint.createData());
+  for (auto* motions : {&data.a, &data.oa, &data.v, &data.ov, &data.a_gf, &data.oa_gf})
+    motions->assign(n, pinocchio::Motion::Zero());
+  for (auto* forces : {&data.f, &data.of, &data.h, &data.oh}) forces->assign(n, pinocchio::Force::Zero());
+  for (auto* placements : {&data.oMi, &data.liMi}) placements->assign(n, pinocchio::SE3::Identity());
+  for (auto* inertias : {&data.Ycrb, &data.oYcrb}) inertias->assign(n, pinocchio::Inertia::Zero());
+  for (auto* columns : {&data.J, &data.dJ, &data.Ag}) columns->setZero(6, nv);
+  for (auto* vector : {&data.nle, &data.g, &data.tau}) vector->setZero(nv);
+  data.M.setZero(nv, nv);
+  data.Fcrb.assign(n, pinocchio::Data::Matrix6x::Zero(6, nv));
+  data.mass.assign(n, 0.0);
+  data.com.assign(n, Eigen::Vector3d::Zero());
+  data.nvSubtree.assign(n, 0);
+  for (std::size_t i = n - 1; i > 0; --i) {
+    data.nvSubtree[i] += model.joints[i].nv();
+    data.nvSubtree[model.parents[i]] += data.nvSubtree[i];
+  }
+  std::vector<int> last(n, -1);
+  data.parents_fromRow.assign(nv, -1);
+  data.idx_vExtended_to_idx_v_fromRow.resize(nv);
+  for (int row = 0; row < nv; ++row) data.idx_vExtended_to_idx_v_fromRow[row] = row;
+  for (std::size_t i = 1; i < n; ++i) {
+    int before = last[model.parents[i]];
+    const int first = model.joints[i].idx_v();
+    for (int row = first; row < first + model.joints[i].nv(); ++row) data.parents_fromRow[row] = before, before = row;
+    last[i] = before;
+  }
+  data.non_mimic_parents_fromRow = data.parents_fromRow;
+  return data;
+}
 }  // namespace
 
 struct TreeState {
   explicit TreeState(const TreeImpl& impl)
-      : data(impl.model),
+      : data(make_data(impl.model)),
         q(impl.model.nq),
         v(impl.model.nv),
         q2(impl.model.nq),
@@ -87,7 +126,7 @@ void TreeWorkspace::crba_and_rnea(const double* q, const double* v) {
 }
 
 void TreeImpl::find_chain() {
-  pinocchio::Data data(model);
+  pinocchio::Data data = make_data(model);
   const Eigen::VectorXd q = pinocchio::neutral(model);
   pinocchio::computeJointJacobians(model, data, q);
   auto found = std::make_unique<Chain>();

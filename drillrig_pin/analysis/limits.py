@@ -11,7 +11,7 @@ from pathlib import Path
 from drillrig_pin.analysis.hole_quality import DEPTHS, toe_name
 from drillrig_pin.errors import ScenarioError, legal_names
 from drillrig_pin.files import shipped_folder
-from drillrig_pin.yamlfile import read_fields
+from drillrig_pin.yamlfile import read_fields, require_fields
 
 #: Units by what is limited. A number without one is refused: nobody who writes 100 means metres.
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
@@ -48,16 +48,24 @@ def read_limits(file: Path | None = None, settings: Iterable[str] = ()) -> dict[
     """
     path = file or shipped_folder() / "limits.yaml"
     rows, lines = read_fields(path, "a file of limits")
+    require_fields(rows, path, "a file of limits")
     limits: dict[str, Limit] = {}
     for name, entry in rows.items():
         source = lines.file
         if isinstance(entry, dict):
             source = str(entry.get("source", source))
             entry = f"{entry.get('value')}{entry.get('unit', '')}"
+        if entry is None:
+            todo = "Write a value, or none to lift the limit."
+            raise ScenarioError(f"limit {name} has no value", where=lines.at((name,)), todo=todo)
         _put(limits, name, str(entry), source, lines.at((name,)))
+    given: dict[str, str] = {}
     for setting in settings:
         name, equals, text = setting.partition("=")
-        if not equals:
+        if given.setdefault(name.strip(), text.strip()) != text.strip():
+            words = f"{name.strip()} is given twice, as {given[name.strip()]!r} and {text.strip()!r}"
+            raise ScenarioError(words, where="--limit", todo="Give it once.")
+        if not (equals and text.strip()):
             todo = "Write NAME=VALUE, e.g. --limit toe_6m=100mm."
             raise ScenarioError(f"{setting!r} does not say which limit to set", where="--limit", todo=todo)
         _put(limits, name.strip(), text, "given with --limit", "--limit")

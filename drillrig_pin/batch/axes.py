@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 
 from drillrig_pin.batch.holes import Aim, Hole
+from drillrig_pin.scenario import require_no_switch
 
 #: One combination of values: ``model.ARGUMENT`` and ``scenario.FIELD`` to values, ``hole`` to a :class:`Hole`.
 Point = dict[str, Any]
@@ -18,6 +19,11 @@ Point = dict[str, Any]
 
 class _Part(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, str_max_length=10_000)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_switch_for_a_number(cls, given: Any) -> Any:
+        return require_no_switch(cls, given)
 
 
 def _plain(value: Any) -> Any:

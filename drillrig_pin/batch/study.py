@@ -17,7 +17,7 @@ from drillrig_pin.errors import DrillrigError, FieldError, ModelError, ScenarioE
 from drillrig_pin.files import shipped_studies
 from drillrig_pin.model.modelfile import ModelFile, read_model
 from drillrig_pin.scenario import Scenario, load_scenario, model_beside
-from drillrig_pin.yamlfile import Lines, read_fields
+from drillrig_pin.yamlfile import Lines, read_fields, require_fields
 
 #: More cases than this are a slip of the pen.
 MAX_CASES = 1_000_000
@@ -166,6 +166,7 @@ def load_study(path_or_name: str | Path) -> Study:
     """
     path = find_study(path_or_name)
     content, lines = read_fields(path, "a study")
+    require_fields(content, path, "a study")
     content.setdefault("name", path.stem)
     _resolve_beside(content, path)
     try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -72,8 +73,17 @@ def parse_settings(settings: Sequence[str] | None) -> tuple[dict[str, Any], dict
     """
     arguments: dict[str, Any] = {}
     fields: dict[str, Any] = {}
+    given: dict[str, str] = {}
     for setting in settings or ():
         name, equals, text = setting.partition("=")
+        if equals and not text.strip():
+            todo = "Write NAME=VALUE; null is the value of nothing."
+            raise ScenarioError(f"{setting!r} gives no value", where="--set", todo=todo)
+        # An argument has two names.
+        one = re.sub(r"^scenario\.arguments\.", "model.", name.strip())
+        if given.setdefault(one, text.strip()) != text.strip():
+            words = f"{one} is given twice, as {given[one]} and {text.strip()}"
+            raise ScenarioError(words, where="--set", todo="Give it once.")
         kind, dot, rest = name.strip().partition(".")
         if not (equals and dot and rest) or kind not in ("model", "scenario"):
             raise ScenarioError(

@@ -6,11 +6,10 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-import yaml
-
-from drillrig_pin.errors import ModelError
+from drillrig_pin.errors import ModelError, ScenarioError
 from drillrig_pin.files import MODEL_SUFFIXES
 from drillrig_pin.model.nodes import short_path
+from drillrig_pin.yamlfile import read_fields
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,9 +35,11 @@ def read_ranges(model: Path) -> dict[str, Range]:
         return {}
     where = short_path(path)
     try:
-        rows = yaml.safe_load(path.read_text(encoding="utf-8")) or {}
+        rows = read_fields(path, "a file of ranges")[0]
         found = {key: Range(float(row["low"]), float(row["high"]), str(row["source"])) for key, row in rows.items()}
-    except (OSError, yaml.YAMLError, UnicodeDecodeError, KeyError, TypeError, ValueError, AttributeError) as error:
+    except ScenarioError as error:
+        raise ModelError(error.what, where=error.where, todo=error.todo) from None
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
         reason = " ".join(str(error).split())
         todo = "Write NAME: {low: ..., high: ..., source: ...}."
         raise ModelError(f"the ranges cannot be read ({reason})", where=where, todo=todo) from None

@@ -18,6 +18,7 @@ from drillrig_pin.errors import DrillrigError
 from drillrig_pin.kinematics import Anchor, Array, anchor_matrix, velocity_map_is_identity
 from drillrig_pin.rig import Rig
 from drillrig_pin.scene.options import Auto, round_down
+from drillrig_pin.tree_data import make_data
 from drillrig_pin.workspace import Workspace
 
 #: ``auto`` makes the largest deviation this part of the machine's size.
@@ -162,7 +163,7 @@ class Posing:
         return self._space.x_constraint.copy()
 
     def _poses(self, q: Array) -> Poses:
-        data = self._model.createData()
+        data = make_data(self._model)
         axes = np.empty((len(q), 4 * self._model.njoints, 3))
         for i, row in enumerate(q):
             pin.forwardKinematics(self._model, data, row)
