@@ -15,6 +15,7 @@ from drillrig_pin.errors import ModelError, Source
 from drillrig_pin.model.modelfile import ModelFile, read_model, read_model_text
 from drillrig_pin.model.problem import Problem
 from drillrig_pin.model.urdfcheck import check_urdf
+from drillrig_pin.plausible import implausible
 from drillrig_pin.rig import Rig, assemble_rig, parse_elements
 from drillrig_pin.scenario import Scenario
 from drillrig_pin.scene.links import machine_size
@@ -30,8 +31,9 @@ def check_model(
     """Findings about a model file: errors first, each kind in the order of the files.
 
     A file that cannot be read at all is one finding. Otherwise: links, joints and inertias; extension elements and the
-    names they use; elements with both ends on one body; then every pose (the zero position where the model names
-    none): joint limits, strokes, lever arms, assembly, redundant constraints, static balance and pressures.
+    names they use; elements with both ends on one body; numbers that are hardly meant; then every pose (the zero
+    position where the model names none): joint limits, strokes, lever arms, assembly, redundant constraints, static
+    balance and pressures.
 
     Args:
         path_or_name: path of a model file, or name of a shipped model.
@@ -88,7 +90,7 @@ def _check_rig(file: ModelFile, scenario: Scenario | None) -> list[Problem]:
         rig, problems = assemble_rig(file)
     except ModelError as error:
         return [_as_problem(error, file.path)]
-    problems = [*problems, *_same_body(rig), *_doubtful(rig), *_looks(rig)]
+    problems = [*problems, *_same_body(rig), *implausible(rig), *_doubtful(rig), *_looks(rig)]
     sound = not any(problem.severity == "error" for problem in problems)
     if scenario is not None:
         return [*problems, *check_start(rig, scenario, statics=sound)]

@@ -19,6 +19,7 @@ from drillrig_pin.rig import Rig
 from drillrig_pin.scenario import Scenario
 from drillrig_pin.simulation import start_configuration
 from drillrig_pin.statics import find_equilibrium
+from drillrig_pin.tree_data import make_data
 from drillrig_pin.words import listed
 from drillrig_pin.workspace import Workspace
 
@@ -112,7 +113,7 @@ def _limits(rig: Rig, q: Array, label: str, where: Source, *, named: bool) -> It
 
 def _without_inertia(rig: Rig, q: Array, label: str, where: Source) -> Iterator[Problem]:
     """Dofs whose acceleration the masses do not determine, e.g. a hinge through its only point mass."""
-    M = pin.crba(rig.model, rig.model.createData(), q)
+    M = pin.crba(rig.model, make_data(rig.model), q)
     M = np.triu(M) + np.triu(M, 1).T
     size = np.sqrt(np.maximum(np.diag(M), 0.0))
     still = size < STILL

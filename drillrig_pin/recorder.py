@@ -14,6 +14,7 @@ from drillrig_pin.elements.cylinder import Cylinder, LockedOil
 from drillrig_pin.errors import Outcome
 from drillrig_pin.joint_limits import outside_limits
 from drillrig_pin.kinematics import Array
+from drillrig_pin.plausible import implausible_words
 from drillrig_pin.scenario import Scenario
 from drillrig_pin.statics import Equilibrium
 from drillrig_pin.trajectory import Trajectory
@@ -121,7 +122,7 @@ class Recorder:
         remarks = (remark.text for element in forces for remark in element.remarks())
         outside = outside_limits(rig, dynamics.equilibrium.assembly.q)
         starts = (f"at the start {row} [rad or m]" for row in outside)
-        notes = (*_notes(dynamics.equilibrium), *starts, *remarks)
+        notes = (*implausible_words(rig), *_notes(dynamics.equilibrium), *starts, *remarks)
         added = tuple(repr(element) for element in forces if element.name not in rig.sources)
         file = rig.file
         origin = (file.text, dict(file.arguments), cost, notes, added, self.engine, self.method)

@@ -24,7 +24,7 @@ LAYERS: list[tuple[str, ...]] = [
     ("declarations", "constraints"),
     ("tree",),
     ("rig", "grammar"),
-    ("workspace", "joint_limits"),
+    ("workspace", "joint_limits", "plausible"),
     ("dependence",),
     ("assembly",),
     ("statics", "stabilization"),

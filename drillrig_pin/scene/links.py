@@ -14,6 +14,7 @@ from drillrig_pin.scene.motion import Poses
 from drillrig_pin.scene.rotations import quaternions, settled, turning_z_to
 from drillrig_pin.scene.shapes import Ball, Part, Path, Round, along_z
 from drillrig_pin.scene.visuals import Visual
+from drillrig_pin.tree_data import make_data
 
 #: Bones and joints of a skeleton as parts of the machine's size.
 BONE_RADIUS = 0.008
@@ -28,7 +29,7 @@ def part_name(name: str) -> str:
 def machine_size(rig: Rig) -> float:
     """Diagonal of the box around joints, points and centres of mass at the zero position [m]."""
     model = rig.model
-    data = model.createData()
+    data = make_data(model)
     pin.forwardKinematics(model, data, pin.neutral(model))
     ends = [data.oMi[joint].translation for joint in range(model.njoints)]
     ends += [data.oMi[joint].act(model.inertias[joint].lever) for joint in range(1, model.njoints)]
