@@ -48,7 +48,9 @@ VARIABLES: dict[str, Variable] = {
     "q": Variable(("joint",), "rad or m", "joint positions"),
     "v": Variable(("dof",), "rad/s or m/s", "joint velocities"),
     "a": Variable(("dof",), "rad/s^2 or m/s^2", "joint accelerations"),
-    "reaction": Variable(("constraint",), "N or N*m", "multipliers: force of the face on the held point, world axes"),
+    "reaction": Variable(
+        ("constraint",), "N or N*m", "multipliers: force on a held point in world axes; in a loop, on link 2"
+    ),
     "constraint_error": Variable(("constraint",), "m or 1", "residual f(q)"),
     "constraint_rate": Variable(("constraint",), "m/s or 1/s", "rate of the residual, J v"),
     "cylinder_length": Variable(("cylinder",), "m", "pin to pin length"),

@@ -13,6 +13,8 @@ from test_ur5 import EXTENSION, POSE, ur5_text
 from drillrig_pin import Rig, Scenario, Trajectory, load_rig_text, simulate
 from drillrig_pin.analysis.design import design_of
 from drillrig_pin.analysis.hole_quality import feed_line, hole_quality
+from drillrig_pin.analysis.metrics import measure
+from drillrig_pin.analysis.verdict import findings
 
 BEAM = 2.5
 WHOLE = slice(0, None)
@@ -136,3 +138,62 @@ def test_a_machine_that_does_not_drill_has_no_hole() -> None:
     run = simulate(rig, Scenario(duration=0.02, positions=POSE))
     assert feed_line(run, design_of(run)) is None
     assert hole_quality(run, design_of(run), WHOLE) is None
+
+
+def two_links(axis: str, between: str = "prismatic", frame: str = "body") -> Rig:
+    """A beam on a sled: the drilling force acts on the one, the tip is on the other."""
+    return load_rig_text(
+        robot(
+            link("sled"),
+            link("beam"),
+            joint("swing", "revolute", "world", "sled"),
+            joint("reach", between, "sled", "beam", (1.0, 0, 0), (1, 0, 0)),
+            extension=point("tip", "beam", (1.5, 0, 0))
+            + point("drill", "sled")
+            + '<joint_spring name="s" joint="swing" stiffness="1e6"/>\n'
+            + ('<joint_spring name="r" joint="reach" stiffness="1e6"/>\n' if between != "fixed" else "")
+            + '<contact name="rock" point="tip" axis="1 0 0" stiffness="1e6"/>\n'
+            + f'<load name="push" kind="force" point="drill" axis="{axis}" frame="{frame}">'
+            + '<constant value="100"/></load>',
+        )
+    )
+
+
+@pytest.mark.parametrize("frame", ["body", "world"])
+@pytest.mark.parametrize("between", ["prismatic", "fixed", "revolute"])
+def test_a_feed_of_two_links_has_a_feed_line(between: str, frame: str) -> None:
+    run = simulate(two_links("-1 0 0", between, frame=frame), Scenario(duration=0.02))
+    line = feed_line(run, design_of(run))
+    assert line is not None
+    assert (line.drill, line.tip) == ("drill", "tip")
+    assert line.direction == pytest.approx((1, 0, 0), abs=1e-12)
+
+
+def test_where_there_is_no_feed_line_the_reason_is_said() -> None:
+    run = simulate(two_links("0 0 1"), Scenario(duration=0.02))
+    assert feed_line(run, design_of(run)) is None
+    metrics = measure(run)
+    assert "acts along a line to it" in metrics.no_hole
+    told = findings(metrics, design_of(run), None, {}, run.outcome)
+    assert any(finding.title == "Hole quality" and "push" in finding.sentence for finding in told)
+
+
+def test_across_the_hole_is_across_the_feed_line() -> None:
+    """A beam at 30 degrees to the contact's axis, whose tip slides along itself: nothing of that is across the hole."""
+    run = simulate(load_rig_text(MACHINE), Scenario(duration=0.01))
+    n, slant = 200, np.array([math.cos(0.5), math.sin(0.5), 0.0])
+    along = 0.01 * np.sin(np.linspace(0, 20, n))[:, None] * slant
+    tip = BEAM * slant + along
+    arrays = {name: np.zeros((n, *array.shape[1:])) for name, array in run.arrays.items()}
+    places = [run.labels["point"].index(name) for name in ("tip", "drill")]
+    for place, path in zip(places, (tip, tip - BEAM * slant), strict=True):
+        arrays["point_position"][:, place] = path
+        arrays["point_displacement"][:, place] = path - path[0]
+    slid = replace(run, time=np.arange(n) / 1000.0, arrays=arrays, kept=None)
+    metrics = measure(slid)
+    assert metrics.across_what == "the feed line"
+    assert metrics.survey is not None
+    assert metrics.survey.across is not None
+    assert metrics.survey.across.direction == pytest.approx(slant)
+    # Across the contact's axis it would be 0.01 sin(0.5) = 4.8 mm.
+    assert metrics.survey.across.farthest == pytest.approx(0, abs=1e-12)

@@ -82,8 +82,9 @@ def compare_runs(runs: Sequence[Trajectory]) -> Comparison:
     measured = [_measured(run) for run in runs]
     tables = [table for _, table in measured]
     first, others = tables[0], tables[1:]
-    # Rows that cannot show the loads miss peaks: what they make smaller is not better.
-    shown = [metrics.sampling.enough for metrics, _ in measured]
+    # Rows that cannot show the loads miss peaks, and a run that is not valid shows another machine: nothing that they
+    # make smaller is better.
+    shown = [metrics.sampling.enough and not metrics.invalid for metrics, _ in measured]
     rows = [
         Row(
             quantity,
@@ -150,6 +151,8 @@ def _cautions(runs: Sequence[Trajectory], machines: Sequence[str], missing: dict
     for i, run in enumerate(runs):
         if not run.outcome.completed:
             found.append(f"run {i + 1} did not complete: {run.outcome}")
+        elif run.outcome.invalid:
+            found.append(f"run {i + 1} is {run.outcome.invalid}; no number is called better or worse")
     if missing:
         found.append(f"{len(missing)} numbers are not in all runs and cannot be compared")
     return found

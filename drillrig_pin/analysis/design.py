@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from pydantic import ValidationError
 
+from drillrig_pin.analysis.bodies import placed, ties
+from drillrig_pin.analysis.feed import feed_points
 from drillrig_pin.analysis.spectra import HAMMER_BAND, table_frequency
 from drillrig_pin.elements.contact import Contact
 from drillrig_pin.elements.cylinder import Cylinder
@@ -38,8 +40,12 @@ class Design:
         sines: frequencies of the sines of every load that acted [Hz], by load.
         tables: frequency up to which a load table that acted has something to say [Hz], by load.
         torques: names of the loads that are torques.
-        feed: points at the two ends of the feed line, where a drilling force acts and where the tip touches the rock,
-            both on one link; None for a machine that does not drill.
+        feed: points at the two ends of the feed line, where a drilling force acts and where the tip touches the rock;
+            None for a machine without one.
+        no_feed: why there is none, in words; empty where there is one, or no contact that would have it.
+        touching: the contacts themselves.
+        ties: constraints that hold the body of a contact's point, in words, by contact.
+        placed: what every constraint is: ``tip``, ``hold`` or ``loop``, by its name.
         limits: least and greatest position of every joint that states them [rad or m], by joint.
     """
 
@@ -55,6 +61,10 @@ class Design:
     tables: dict[str, float]
     torques: frozenset[str]
     feed: tuple[str, str] | None
+    no_feed: str
+    touching: tuple[Contact, ...]
+    ties: dict[str, tuple[str, ...]]
+    placed: dict[str, str]
     limits: dict[str, tuple[float, float]] = field(default_factory=dict)
 
 
@@ -87,7 +97,10 @@ def design_of(trajectory: Trajectory, file: ModelFile | None = None) -> Design:
         sines,
         {name: table_frequency(samples[:, 0], samples[:, 1]) for name, samples in tables.items()},
         frozenset(load.name for load in loads if load.kind == "torque"),
-        _feed(file, contacts, loads),
+        *feed_points(trajectory, file, contacts, loads),
+        tuple(contacts),
+        {contact.name: ties(file, contact.point) for contact in contacts},
+        placed(file, [contact.point for contact in contacts]),
         dict(_limits(file)),
     )
 
@@ -109,21 +122,6 @@ def relief_pressures(file: ModelFile) -> dict[str, float]:
 def first_contact(file: ModelFile) -> Axis | None:
     """Unit world axis into the rock of the first contact; None for a machine without one."""
     return next((contact.axis for contact in _built_in(file)[1]), None)
-
-
-def _feed(file: ModelFile, contacts: list[Contact], loads: list[Load]) -> tuple[str, str] | None:
-    """Drill and tip of the first contact whose link also takes a force, told apart by their names."""
-    links = {
-        node.attributes.get("name", ""): node.attributes.get("link", "")
-        for node in file.elements()
-        if node.tag == "point"
-    }
-    for contact in contacts:
-        for load in loads:
-            one_body = links.get(load.point) == links.get(contact.point)
-            if load.kind == "force" and load.point != contact.point and one_body and contact.point in links:
-                return load.point, contact.point
-    return None
 
 
 def _built_in(file: ModelFile) -> tuple[list[Cylinder], list[Contact], list[Load]]:

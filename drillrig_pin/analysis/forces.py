@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from drillrig_pin.analysis.design import Design
+from drillrig_pin.analysis.lift_off import LiftOff, lift_off
 from drillrig_pin.analysis.series import extremes, share_above, weights
 from drillrig_pin.elements.cylinder import ATMOSPHERE, VAPOUR_PRESSURE
 from drillrig_pin.kinematics import Array
@@ -104,7 +106,13 @@ def cylinder_ranges(trajectory: Trajectory, design: Design, steady: slice) -> tu
 
 @dataclass(frozen=True, slots=True)
 class ReactionRange:
-    """One reaction after the start-up transient: least, mean, greatest [unit]; for a contact its share in tension."""
+    """One reaction after the start-up transient: least, mean, greatest [unit].
+
+    Attributes:
+        kind: ``tip`` (a hold on the body of the tip), ``hold``, ``loop`` or ``contact``.
+        tension: of a contact, share of time the tip is off the face or pulled at.
+        lift_off: of a contact, more about that.
+    """
 
     name: str
     unit: str
@@ -112,6 +120,8 @@ class ReactionRange:
     mean: float
     greatest: float
     tension: float | None = None
+    kind: str = "hold"
+    lift_off: LiftOff | None = None
 
 
 def reaction_ranges(trajectory: Trajectory, design: Design, steady: slice) -> tuple[ReactionRange, ...]:
@@ -126,17 +136,35 @@ def reaction_ranges(trajectory: Trajectory, design: Design, steady: slice) -> tu
     for name in trajectory.labels["constraint"]:
         values = trajectory.of("reaction", name)[steady]
         unit = "N m" if is_rotation(name) else "N"
-        found.append(_range(name, unit, time, values))
-    for name in trajectory.labels["element"]:
-        if name in design.contacts:
-            values = trajectory.of("element_force", name)[steady]
-            found.append(_range(name, "N", time, values, share_above(time, values, 0.0)))
+        kind = design.placed.get(name.rpartition(".")[0], "hold")
+        found.append(ReactionRange(name, unit, *_range(time, values), kind=kind))
+    for contact in design.touching:
+        if contact.name in trajectory.labels["element"]:
+            least, mean, greatest = _range(time, trajectory.of("element_force", contact.name)[steady])
+            lifted = lift_off(trajectory, contact, steady, design.ties[contact.name])
+            greatest = min(greatest, 0.0) if lifted.unilateral else greatest
+            found.append(ReactionRange(contact.name, "N", least, mean, greatest, lifted.share, "contact", lifted))
     return tuple(found)
 
 
-def _range(name: str, unit: str, time: Array, values: Array, tension: float | None = None) -> ReactionRange:
+def _range(time: Array, values: Array) -> tuple[float, float, float]:
+    """Least, mean, greatest."""
     least, greatest = extremes(time, values)
-    return ReactionRange(name, unit, least, float(weights(time) @ values), greatest, tension)
+    return least, float(weights(time) @ values), greatest
+
+
+#: Headings of reactions by what they are, in the order they are shown.
+REACTIONS = {
+    "Force of the face on the tip": ("tip", "contact"),
+    "Force of what holds the machine": ("hold",),
+    "Force and moment within loops": ("loop",),
+}
+
+
+def reaction_groups(reactions: Sequence[ReactionRange]) -> dict[str, list[ReactionRange]]:
+    """Reactions under headings that say what they are; headings without any are left out."""
+    groups = {title: [r for r in reactions if r.kind in kinds] for title, kinds in REACTIONS.items()}
+    return {title: rows for title, rows in groups.items() if rows}
 
 
 def is_rotation(row: str) -> bool:

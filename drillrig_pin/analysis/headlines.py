@@ -34,6 +34,8 @@ class Headline:
 def headlines(metrics: Metrics) -> tuple[Headline, ...]:
     """What a designer looks at first after a change: vibration, its frequency, pressures, forces, the rock."""
     found: list[Headline] = []
+    if metrics.valid_until is not None:
+        found.append(Headline("NOT VALID from", metrics.valid_until, "s", 1.0))
     survey = metrics.survey
     if survey is not None:
         if survey.across is not None:
@@ -52,6 +54,8 @@ def headlines(metrics: Metrics) -> tuple[Headline, ...]:
         found.append(Headline("highest pressure (abs.)", highest, "bar", 1e-5, True))
         found.append(Headline("lowest pressure (abs.)", lowest, "bar", 1e-5, False))
     for reaction in metrics.reactions:
-        if reaction.tension is not None:
-            found.append(Headline(f"{reaction.name} in tension, of time", reaction.tension, "%", 100.0, True))
+        if reaction.lift_off is not None:
+            name, found_off = reaction.name, reaction.lift_off
+            found.append(Headline(f"{name} off the face, of time", found_off.share, "%", 100.0, True))
+            found.append(Headline(f"{name} impacts", float(found_off.impacts), "", 1.0, True))
     return tuple(found)

@@ -116,6 +116,27 @@ def feed_line(trajectory: Trajectory, design: Design, direction: Axis | None = N
     return FeedLine(drill, tip, tuple(h.tolist()), collar, d / advance[:, None] - h)
 
 
+def no_hole(trajectory: Trajectory, design: Design, direction: Axis | None = None) -> str:
+    """Why :func:`feed_line` is None, in words; empty where it is not, or for a machine that touches no rock."""
+    if design.feed is None:
+        return design.no_feed
+    missing = [name for name in design.feed if name not in trajectory.labels["point"]]
+    if missing:
+        return f"the ends of the feed line are not tracked: {', '.join(missing)}; give those points track='true'"
+    if feed_line(trajectory, design, direction) is None:
+        return "the feed line has no length, or turns by more than 90 degrees from the direction of the hole"
+    return ""
+
+
+def hole_axis(trajectory: Trajectory, design: Design) -> Axis | None:
+    """Unit world direction across which a point's motion counts: the feed line's at the start, else the contact's axis.
+
+    None for a machine with neither.
+    """
+    line = feed_line(trajectory, design)
+    return line.direction if line is not None else next(iter(design.contacts.values()), None)
+
+
 def hole_quality(
     trajectory: Trajectory,
     design: Design,

@@ -12,8 +12,9 @@ from drillrig_pin.analysis.forces import (
     cylinder_ranges,
     reaction_ranges,
 )
-from drillrig_pin.analysis.hole_quality import HoleQuality, hole_quality
+from drillrig_pin.analysis.hole_quality import HoleQuality, feed_line, hole_axis, hole_quality, no_hole
 from drillrig_pin.analysis.joint_limits import LimitPassed, limits_passed
+from drillrig_pin.analysis.lift_off import LiftOff
 from drillrig_pin.analysis.motion import JointRange, PointMotion, joint_ranges, point_motion, survey_point
 from drillrig_pin.analysis.sampling import Sampling, record_sampling, stored_sampling
 from drillrig_pin.analysis.sources import Source, driven_frequencies, source_of
@@ -67,6 +68,9 @@ class Metrics:
         steadiness: whether the motion has settled by the end of the start-up.
         sampling: of the rows the statistics are made of.
         stored: of the samples that curves are made of.
+        no_hole: why there are no errors of the hole, in words; empty for a machine that touches no rock.
+        across_what: what motion "across the hole" is across: the feed line at the start, or the contact's axis.
+        valid_until: time of the first number that cannot be used [s]; None: there is none, see ``invalid``.
         invalid: why none of this may be used, in words; empty for a run that nothing speaks against.
         passed: joints that went beyond their limits.
     """
@@ -85,6 +89,9 @@ class Metrics:
     stored: Sampling
     invalid: tuple[str, ...] = ()
     passed: tuple[LimitPassed, ...] = ()
+    no_hole: str = ""
+    across_what: str = "the contact's axis"
+    valid_until: float | None = None
 
 
 def measure(trajectory: Trajectory) -> Metrics:
@@ -93,7 +100,7 @@ def measure(trajectory: Trajectory) -> Metrics:
     window = window_of(trajectory, design)
     record, steady = window.record, window.rows
     point = survey_point(trajectory)
-    hole = next(iter(design.contacts.values()), None)
+    hole = hole_axis(record, design)
     cylinders = cylinder_ranges(record, design, steady)
     reactions = reaction_ranges(record, design, steady)
     trusted = trust(trajectory)
@@ -114,13 +121,16 @@ def measure(trajectory: Trajectory) -> Metrics:
             *window_warnings(window, sampling, stored),
             *(limit.words for limit in passed),
             *_pressure_warnings(cylinders),
-            *_lift_off(reactions, design),
+            *_lift_off(reactions),
         ),
         window.steadiness,
         sampling,
         stored,
         doubts,
         passed,
+        no_hole(record, design),
+        "the feed line" if feed_line(record, design) is not None else "the contact's axis",
+        trajectory.outcome.valid_until,
     )
 
 
@@ -175,9 +185,15 @@ def _pressure_warnings(cylinders: tuple[CylinderRange, ...]) -> list[str]:
     return found
 
 
-def _lift_off(reactions: tuple[ReactionRange, ...], design: Design) -> list[str]:
+def _lift_off(reactions: tuple[ReactionRange, ...]) -> list[str]:
     return [
-        f"{r.name}: the rock pulls at the tip for {r.tension:.1%} of time, where a real tip lifts off"
+        f"{r.name}: {lifted_words(r.lift_off)} for {r.lift_off.share:.1%} of time ({r.lift_off.impacts} impacts)"
+        + (f"; meanwhile {', '.join(r.lift_off.ties)} goes on holding it" if r.lift_off.ties else "")
         for r in reactions
-        if r.tension and r.name in design.contacts
+        if r.lift_off is not None and r.lift_off.share > 0
     ]
+
+
+def lifted_words(found: LiftOff) -> str:
+    """What a tip does that is not pressed on."""
+    return "the tip is off the face" if found.unilateral else "the rock pulls at the tip, where a real tip lifts off,"

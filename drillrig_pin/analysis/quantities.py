@@ -40,6 +40,8 @@ MEANINGS = {
     "p_min": Meaning("lowest pressure", "pressures", "higher", 1e3),
     "force_range": Meaning("range of force", "forces", noise=1.0),
     "tension": Meaning("share of time lifted off", "contact", noise=1e-4),
+    "impacts": Meaning("impacts on the face", "contact"),
+    "least": Meaning("least contact force", "contact", "higher", 1.0),
     "greatest": Meaning("greatest force", "forces", noise=1e-3),
     "equivalent": Meaning("damage-equivalent range at 1 Hz", "load cycles", noise=1.0),
     "range": Meaning("range", "joints"),
@@ -49,6 +51,7 @@ MEANINGS = {
     "steady": Meaning("steady (1: yes, 0: not yet)", "trust", ""),
     "needed": Meaning("length of a run that becomes steady", "trust", "", 0.1),
     "sampled": Meaning("rows in a period of the fastest load", "trust", "", 0.01),
+    "valid_until": Meaning("not valid from", "trust", ""),
     "error": Meaning("constraint error", "trust", noise=1e-12),
     "energy": Meaning("energy residual, relative", "trust", noise=1e-8),
     "estimated": Meaning("estimated error of joint positions", "trust", noise=1e-8),
@@ -160,6 +163,9 @@ def _reactions(metrics: Metrics) -> Iterator[Quantity]:
     for r in metrics.reactions:
         if r.tension is not None:
             yield Quantity(f"{r.name}.tension", r.tension, "1")
+        if r.lift_off is not None:
+            yield Quantity(f"{r.name}.impacts", float(r.lift_off.impacts), "")
+            yield Quantity(f"{r.name}.least", r.lift_off.least, "N")
         yield Quantity(f"{r.name}.greatest", max(abs(r.least), abs(r.greatest)), r.unit)
 
 

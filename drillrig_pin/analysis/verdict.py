@@ -63,6 +63,9 @@ def findings(
     found += _joints(metrics)
     if quality is not None:
         found += _hole(quality, limits)
+    elif metrics.no_hole:
+        words = f"The errors of the hole cannot be told: {metrics.no_hole}."
+        found.append(Finding(Level.NOTE, "Hole quality", words))
     found += _shake(metrics, limits)
     pressures = [finding for cylinder in metrics.cylinders for finding in _cylinder(cylinder)]
     found += pressures or _calm(metrics)
@@ -189,7 +192,7 @@ def _shake(metrics: Metrics, limits: Mapping[str, Limit]) -> list[Finding]:
         return []
     value = 2 * motion.across.farthest
     sentence = (
-        f"Point {motion.point} moves {quantity(value, 'm')} across the hole, peak to peak; "
+        f"Point {motion.point} moves {quantity(value, 'm')} across {metrics.across_what}, peak to peak; "
         f"the limit is {quantity(limit.value, 'm')}{' (assumed)' if limit.assumed else ''}."
     )
     return [
@@ -239,16 +242,44 @@ def _calm(metrics: Metrics) -> list[Finding]:
 
 
 def _contact(r: ReactionRange) -> list[Finding]:
-    if r.tension is None:
+    found = r.lift_off
+    if found is None:
         return []
-    if r.tension > 0:
+    if found.share == 0:
         sentence = (
-            f"The rock would have to pull at the tip for {percent(r.tension)} of time: a real tip lifts off there."
+            f"The tip stays pressed on after the start-up: {quantity(found.least, 'N')} at least, "
+            f"{quantity(-r.mean, 'N')} in the mean."
         )
-        advice = "Press the tip on harder (preload), or compute with the contact's mode unilateral."
-        return [Finding(Level.BAD, r.name, sentence, advice, limited=True)]
-    sentence = f"The tip stays pressed on: {quantity(-r.greatest, 'N')} at least, {quantity(-r.mean, 'N')} in the mean."
-    return [Finding(Level.GOOD, r.name, sentence, limited=True)]
+        if found.whole > 0:
+            sentence += f" During the start-up it lifts off, {percent(found.whole)} of the whole run."
+            return [Finding(Level.NEAR, r.name, sentence, "Start more softly (ramp of the loads).", limited=True)]
+        return [Finding(Level.GOOD, r.name, sentence, limited=True)]
+    impacts = f"{found.impacts} impact{'' if found.impacts == 1 else 's'}"
+    if found.unilateral:
+        sentence = (
+            f"The tip is off the face for {percent(found.share)} of time: {impacts}, at most "
+            f"{quantity(found.gap, 'm')} away. Meanwhile nothing presses on the rock, and every landing is a blow."
+        )
+        advice = "Press the tip on harder (feed force, preload), or shake it less."
+    else:
+        sentence = (
+            f"The rock would have to pull at the tip for {percent(found.share)} of time, with "
+            f"{quantity(-found.least, 'N')} at most: a real tip lifts off there."
+        )
+        advice = (
+            "Press the tip on harder (feed force, preload), or shake it less. Mode unilateral of the contact computes "
+            "the flights and impacts that follow; it does not make the lift-off go away."
+        )
+    told = [Finding(Level.BAD, r.name, sentence, advice, limited=True)]
+    if found.ties:
+        several = len(found.ties) > 1
+        sentence = (
+            f"{_sentence(' and '.join(found.ties))} {'go' if several else 'goes'} on holding the body of the tip while "
+            f"it is off the face, {percent(found.share)} of time, where nothing holds a real one."
+        )
+        advice = "Do not take the motion and reactions of these times for those of a free tip."
+        told.append(Finding(Level.BAD, r.name, sentence, advice, limited=True))
+    return told
 
 
 def _source_of_vibration(metrics: Metrics) -> list[Finding]:

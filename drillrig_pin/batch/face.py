@@ -14,7 +14,7 @@ from drillrig_pin.analysis.quantities import meaning_of
 from drillrig_pin.batch.again import Vector, base_model, hole_places
 from drillrig_pin.batch.holes import across
 from drillrig_pin.batch.table import StudyTable
-from drillrig_pin.batch.worker import COMPLETED, UNREACHABLE
+from drillrig_pin.batch.worker import COMPLETED, INVALID, UNREACHABLE
 from drillrig_pin.elements.cylinder import ATMOSPHERE
 from drillrig_pin.model.modelfile import ModelFile
 
@@ -157,8 +157,10 @@ def _hole(
     sign = -1.0 if worse_is_lower(metric) else 1.0
     measured = [row for row in rows if row["status"] == COMPLETED and row.get(metric) is not None]
     assumed = bool(rows[0].get("hole.assumed"))
-    if not measured:
-        first = rows[0]
+    void = [row for row in rows if row["status"] == INVALID]
+    if void or not measured:
+        # What a case that is not valid would have shown is not known: it may be the worst of its hole.
+        first = (void or rows)[0]
         reachable = any(row["status"] != UNREACHABLE for row in rows)
         reason = first["reason"] or first["status"]
         return FaceHole(name, place, right, up, assumed, first["case"], None, None, reason, reachable, {}, None, None)

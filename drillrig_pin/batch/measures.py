@@ -8,7 +8,7 @@ from fnmatch import fnmatchcase
 from drillrig_pin.analysis.design import Design, design_of
 from drillrig_pin.analysis.fatigue import cylinder_rainflow
 from drillrig_pin.analysis.forces import cylinder_ranges, reaction_ranges
-from drillrig_pin.analysis.hole_quality import hole_quality
+from drillrig_pin.analysis.hole_quality import hole_axis, hole_quality
 from drillrig_pin.analysis.metrics import Metrics, point_frequencies
 from drillrig_pin.analysis.motion import joint_ranges, point_motion, survey_point
 from drillrig_pin.analysis.quantities import Quantity, quantities
@@ -31,6 +31,8 @@ SECTIONS = {
     "p_min": "cylinders",
     "force_range": "cylinders",
     "tension": "reactions",
+    "impacts": "reactions",
+    "least": "reactions",
     "greatest": "reactions",
     "equivalent": "cycles",
     "range": "joints",
@@ -40,6 +42,7 @@ SECTIONS = {
     "steady": "trust",
     "needed": "trust",
     "sampled": "trust",
+    "valid_until": "trust",
     "error": "trust",
     "energy": "trust",
     "steps": "trust",
@@ -89,16 +92,16 @@ def measured(trajectory: Trajectory, patterns: Sequence[str], rig: Rig | None = 
 
 def _shares(trajectory: Trajectory, rig: Rig, design: Design, steady: slice) -> tuple[Share, ...]:
     point = survey_point(trajectory)
-    return motion_shares(trajectory, rig, point, steady, next(iter(design.contacts.values()), None)) if point else ()
+    return motion_shares(trajectory, rig, point, steady, hole_axis(trajectory, design)) if point else ()
 
 
 def _metrics(trajectory: Trajectory, design: Design, window: Window, needed: frozenset[str]) -> Metrics:
     record, steady = window.record, window.rows
     point = survey_point(record)
-    contact = next(iter(design.contacts.values()), None)
+    across = hole_axis(record, design) if "motion" in needed else None
     return Metrics(
         start_up=window.start_up,
-        survey=point_motion(record, point, steady, contact) if point and "motion" in needed else None,
+        survey=point_motion(record, point, steady, across) if point and "motion" in needed else None,
         joints=joint_ranges(record, design, steady) if "joints" in needed else (),
         frequencies=point_frequencies(window, design, point) if point and "frequencies" in needed else None,
         hole=None,
@@ -109,4 +112,5 @@ def _metrics(trajectory: Trajectory, design: Design, window: Window, needed: fro
         steadiness=window.steadiness,
         sampling=record_sampling(trajectory, design),
         stored=stored_sampling(trajectory, design),
+        valid_until=trajectory.outcome.valid_until,
     )

@@ -28,8 +28,12 @@ def print_summary(out: Console, metrics: Metrics) -> None:
         out.print(words, markup=False, style="bold red", soft_wrap=True)
     left, right = _survey(metrics), _frequencies(metrics)
     _side_by_side(out, left, right)
-    _side_by_side(out, _joints(metrics), _reactions(metrics))
+    _side_by_side(out, _joints(metrics))
+    for reactions in _reactions(metrics):
+        _side_by_side(out, reactions)
     _side_by_side(out, _hole(metrics))
+    if metrics.no_hole:
+        out.print(f"No hole quality: {metrics.no_hole}.", "", markup=False, soft_wrap=True)
     if metrics.cylinders:
         out.print(_cylinders(metrics.cylinders, metrics.start_up), "")
     for line in trust_lines(metrics.trust):
@@ -69,7 +73,12 @@ def _survey(metrics: Metrics) -> RenderableType | None:
     ]
     if motion.across is not None:
         rows.append(
-            ("across hole (⌀)", number(2 * motion.across.farthest * factor), number(motion.across.rms * factor), "")
+            (
+                f"across {'hole' if metrics.hole else 'contact'} (⌀)",
+                number(2 * motion.across.farthest * factor),
+                number(motion.across.rms * factor),
+                "",
+            )
         )
     return table(
         f"Point {motion.point}{_window(metrics)}", ("axis", f"pk-pk {unit}", f"RMS {unit}", f"mean {unit}"), rows
@@ -113,17 +122,23 @@ def _joint_unit(joint: JointRange) -> tuple[str, float]:
     return ("°", 180.0 / math.pi) if joint.unit == "rad" else ("mm", 1e3)
 
 
-def _reactions(metrics: Metrics) -> RenderableType | None:
-    if not metrics.reactions:
-        return None
-    largest = max(max(abs(r.least), abs(r.greatest)) for r in metrics.reactions)
+def _reactions(metrics: Metrics) -> list[RenderableType]:
+    """A table for every kind of reaction, under the name of what it is."""
+    from drillrig_pin.analysis.forces import reaction_groups
+
+    largest = max((max(abs(r.least), abs(r.greatest)) for r in metrics.reactions), default=0.0)
     unit, factor = ("k", 1e-3) if largest >= 1e4 else ("", 1.0)
-    rows = []
-    for r in metrics.reactions:
-        pulled = "" if r.tension is None else percent(r.tension)
-        numbers = [number(value * factor) for value in (r.least, r.mean, r.greatest)]
-        rows.append((r.name, *numbers, f"{unit}{r.unit}", pulled))
-    return table("Force of the face on the machine", ("", "min", "mean", "max", "", "in tension"), rows)
+    tables = []
+    for title, reactions in reaction_groups(metrics.reactions).items():
+        lifting = any(r.lift_off is not None for r in reactions)
+        heads = ("", "min", "mean", "max", "", *(("off the face", "impacts") if lifting else ()))
+        rows = []
+        for r in reactions:
+            numbers = [number(value * factor) for value in (r.least, r.mean, r.greatest)]
+            lifted = (percent(r.lift_off.share), str(r.lift_off.impacts)) if r.lift_off else ("", "")
+            rows.append((r.name, *numbers, f"{unit}{r.unit}", *(lifted if lifting else ())))
+        tables.append(table(title, heads, rows))
+    return tables
 
 
 def _hole(metrics: Metrics) -> RenderableType | None:

@@ -57,7 +57,7 @@ def conclusion(face: Face) -> str:
     drilled = face.drilled
     out = [hole for hole in face.holes if not hole.reachable]
     if not drilled:
-        return f"No hole has a result; {len(out)} of {len(face.holes)} are out of reach."
+        return f"No hole has a result; {len(out)} of {len(face.holes)} are out of reach.{_void(face)}"
     worst, best = drilled[0], drilled[-1]
     words = "By the worst case of each hole, " if face.several else ""
     words += f"{worst.name} is the worst ({quantity(worst.value, face.unit)}"
@@ -76,7 +76,17 @@ def conclusion(face: Face) -> str:
         words += "."
     if out:
         words += f" Out of reach: {', '.join(hole.name for hole in out)}."
-    return words
+    return words + _void(face)
+
+
+def _void(face: Face) -> str:
+    """Holes that could be drilled but have no numbers that may be used, with the first reason."""
+    void = [hole for hole in face.holes if hole.reachable and hole.value is None]
+    if not void:
+        return ""
+    return (
+        f" Without a usable result, and not ranked: {', '.join(h.name for h in void)} ({void[0].reason.rstrip('.')})."
+    )
 
 
 def caption(face: Face) -> str:

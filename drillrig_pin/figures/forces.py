@@ -7,7 +7,7 @@ import numpy as np
 from drillrig_pin.analysis.fatigue import cylinder_rainflow
 from drillrig_pin.analysis.forces import GAS_RELEASE, is_rotation
 from drillrig_pin.elements.cylinder import ATMOSPHERE
-from drillrig_pin.figures.sheet import TIME, Curve, Ink, Level, Panel, Sheet
+from drillrig_pin.figures.sheet import TIME, Curve, Ink, Level, Mark, Panel, Sheet
 from drillrig_pin.figures.subject import Subject, force_unit
 
 
@@ -35,7 +35,11 @@ def pressures(subject: Subject) -> Sheet | None:
         levels = [Level("gas release", GAS_RELEASE / 1e5)]
         if name in subject.design.relief:
             levels.append(Level("relief", (subject.design.relief[name] + ATMOSPHERE) / 1e5))
-        panels.append(Panel(name, name, TIME, "p [bar abs.]", curves, tuple(levels)))
+        if min(float(curve.y.min()) for curve in curves) < 0:
+            levels.append(Level("zero: oil tears", 0.0))
+        until = run.outcome.valid_until
+        marks = () if until is None else (Mark("not valid from here", until),)
+        panels.append(Panel(name, name, TIME, "p [bar abs.]", curves, tuple(levels), marks=marks))
     caption = (
         "Absolute pressure in the piston chamber A and the annulus chamber B. Dashed: relief pressure, and the "
         "pressure at which oil releases its air (1 bar)."
@@ -92,7 +96,9 @@ def rainflow(subject: Subject) -> Sheet | None:
 def reaction(subject: Subject) -> Sheet | None:
     """Reactions of all constraint rows, and the forces of contacts along their axes into the rock."""
     run = subject.curves
-    rows = [(name, name, run.of("reaction", name)) for name in run.labels["constraint"]]
+    kinds = {name: subject.design.placed.get(name.rpartition(".")[0], "hold") for name in run.labels["constraint"]}
+    titles = {name: f"{name} (within the loop)" if kind == "loop" else name for name, kind in kinds.items()}
+    rows = [(name, title, run.of("reaction", name)) for name, title in titles.items()]
     contacts = [name for name in run.labels["element"] if name in subject.design.contacts]
     rows += [(name, f"{name} (above zero it pulls)", run.of("element_force", name)) for name in contacts]
     panels = []
@@ -102,10 +108,10 @@ def reaction(subject: Subject) -> Sheet | None:
         levels = (Level("lift-off", 0.0),) if name in contacts else ()
         panels.append(Panel(name, title, TIME, f"{_symbol(unit)} [{unit}]", (curve,), levels))
     caption = (
-        "Force of the surroundings on the machine: what holds it along the world axes, and the contact with the rock "
-        "along its axis into the rock, where a force above zero would have to pull."
+        "Force on the machine: of holds along the world axes, of contacts along their axis into the rock, where one "
+        "above zero would have to pull; and within loops, force and moment on their second link."
     )
-    return Sheet("reaction", "Reactions of the surroundings", caption, tuple(panels)) if panels else None
+    return Sheet("reaction", "Reactions", caption, tuple(panels)) if panels else None
 
 
 def _symbol(unit: str) -> str:

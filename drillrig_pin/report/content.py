@@ -20,7 +20,7 @@ from drillrig_pin.kinematics import Array
 from drillrig_pin.model.modelfile import Parameter, read_model_text
 from drillrig_pin.report.provenance import asks_the_same, command, scenario_rows
 from drillrig_pin.trajectory import Trajectory, versions
-from drillrig_pin.words import TENSION, measure_name, number, quantity, reading
+from drillrig_pin.words import TENSION, measure_name, number, percent, quantity, reading
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,6 +111,8 @@ def _gather(subject: Subject) -> Content:
 def cards(metrics: Metrics, quality: HoleQuality | None, limits: Mapping[str, Limit]) -> list[Card]:
     """The few numbers that a reader looks for first."""
     found = []
+    if metrics.valid_until is not None:
+        found.append(Card("Valid until", f"{number(metrics.valid_until, 4)} s", "do not use what comes after"))
     if quality is not None:
         for error in quality.errors:
             if error.name in ("angle", "toe_6m"):
@@ -129,10 +131,11 @@ def cards(metrics: Metrics, quality: HoleQuality | None, limits: Mapping[str, Li
         tight = max(metrics.cylinders, key=lambda c: max(c.a_max, c.b_max) / (c.relief or float("inf")))
         relief = f"; relief at {quantity(tight.relief, 'Pa')}" if tight.relief else ""
         found.append(Card("Highest pressure", quantity(max(tight.a_max, tight.b_max), "Pa"), tight.cylinder + relief))
-    contact = next((r for r in metrics.reactions if r.tension is not None), None)
-    if contact is not None:
-        note = f"least; {contact.tension:.0%} of time lifted off"
-        found.append(Card("Tip on the rock", quantity(max(0.0, -contact.greatest), "N"), note))
+    for contact in metrics.reactions:
+        lifted = contact.lift_off
+        if lifted is not None:
+            note = f"least force; {percent(lifted.share)} of time off the face, {lifted.impacts} impacts"
+            found.append(Card(f"Tip on the rock, {contact.name}", quantity(lifted.least, "N"), note))
     return found
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from importlib.resources import files
 from typing import Any
 
+from drillrig_pin.analysis.forces import reaction_groups
 from drillrig_pin.figures.sheet import Sheet
 from drillrig_pin.replay.page import animation_page
 from drillrig_pin.report.content import Content, curve_table, filters, span
@@ -43,6 +44,7 @@ def report_page(content: Content, sheets: list[Sheet]) -> str:
     words = {
         "c": content,
         "m": content.metrics,
+        "reactions": reaction_groups(content.metrics.reactions),
         "run": content.trajectory,
         "sheets": sheets,
         "tables": {sheet.name: curve_table(sheet) for sheet in sheets},

@@ -1,6 +1,6 @@
 // Numbers as people read them, from SI as the service gives them: significant digits, millimetres, degrees, bar.
 
-import {written} from "./i18n.js";
+import {t, written} from "./i18n.js";
 
 const READ = {
   m: [["m", 1, 0.5], ["mm", 1e3, 1e-4], ["µm", 1e6, 0]],
@@ -57,7 +57,9 @@ export function plain(value, digits = 4) {
 export function quantity(value, unit, digits = 3) {
   if (value === null || value === undefined) return "–";
   const {unit: name, factor} = reading(unit, value || 1);
-  return withUnit(number(value * factor, digits), name);
+  const told = withUnit(number(value * factor, digits), name);
+  // Pressures are absolute: one below zero is none.
+  return unit === "Pa" && value < 0 ? `${told} (${t("units.tension")})` : told;
 }
 
 /** A number and its unit, as they are written together. */

@@ -20,7 +20,7 @@ function verdict(record, found, numbers) {
   const silent = level === "bad" && !told.length;
   return h("section", {"aria-labelledby": "verdict-title"},
     h("h2", {id: "verdict-title"}, t("result.verdict")),
-    h("p", {class: `headline ${level}`}, t(`headline.${level}`)),
+    h("p", {class: `headline ${level}`}, t(`headline.${found.valid ? level : "invalid"}`)),
     told.length ? h("ul", {class: "watch"}, told.map(({level: its, words}) => h("li", {}, h("span", {class: `badge ${its}`}, t(`level.${its}`)), words))) : null,
     cards(keyNumbers(numbers)),
     trust(found, numbers),
@@ -30,6 +30,8 @@ function verdict(record, found, numbers) {
 /** What is near or over a limit, or went wrong, in the reader's words. */
 function noteworthy(found) {
   const early = found.outcome.completed ? [] : [{level: "bad", words: t("result.stopped", {time: number(found.outcome.time, 3), cause: found.outcome.cause || found.outcome.name})}];
+  const { valid_until: from, doubt } = found.outcome;
+  if (from !== null && from !== undefined) early.push({level: "bad", words: t("result.invalid", {time: number(from, 4), cause: doubt})});
   const lifted = found.quantities.filter((row) => row.key.endsWith(".tension") && row.value > 0).map((row) => ({level: "bad", words: `${quantityLabel(row.key, row.label)}: ${quantity(row.value, row.unit)}`}));
   const judged = found.quantities.filter((row) => ["near", "bad"].includes(row.verdict && levelOf(row.verdict))).map((row) => ({level: levelOf(row.verdict), words: `${quantityLabel(row.key, row.label)}: ${quantity(row.value, row.unit)} (${limitWords(row)})`}));
   return [...early, ...lifted, ...judged].sort((a, b) => (a.level > b.level) - (a.level < b.level));

@@ -58,6 +58,9 @@ function ways(record) {
 }
 
 /** What a study has found, drawn by the metric the reader chose. */
+/** Whether a case has a number that may be drawn and ranked: it reached its end and is valid. */
+const usable = (row, column) => row.status === "completed" && row[column.name] !== null;
+
 class Outcome {
   constructor(record) {
     this.record = record;
@@ -99,7 +102,7 @@ class Outcome {
     const grid = gridOf(this.found);
     if (!grid) return h("p", {class: "aside"}, t("study.no_picture"));
     const scale = column.scale;
-    const point = (row) => row && {value: row[column.name] === null ? NaN : row[column.name] * scale.factor, short: number(row[column.name] * scale.factor, 3), words: this.words(row, column, names), open: () => this.open(row)};
+    const point = (row) => row && {value: !usable(row, column) ? NaN : row[column.name] * scale.factor, short: number(row[column.name] * scale.factor, 3), words: this.words(row, column, names), open: () => this.open(row)};
     const title = quantityLabel(column.name);
     if (grid.length === 1) return curve({x: grid[0], y: {label: title, unit: scale.unit}, points: (i) => point(rowAt(this.found, grid, [i]))});
     return heatMap({x: grid[0], y: grid[1], title: labelled({label: title, unit: scale.unit}), unit: scale.unit, cells: (i, j) => point(rowAt(this.found, grid, [i, j]))});
@@ -107,7 +110,7 @@ class Outcome {
 
   words(row, column, names) {
     const place = names.map((name) => `${axisLabel(name)} = ${this.shownAxis(name, row[name])}`).join(", ");
-    if (row[column.name] === null) return `${place}: ${row.reason || row.status}`;
+    if (!usable(row, column)) return `${place}: ${row.reason || row.status}`;
     return `${place}: ${withUnit(number(row[column.name] * column.scale.factor, 4), column.scale.unit)}`;
   }
 
@@ -117,7 +120,7 @@ class Outcome {
   }
 
   extremes(column, names) {
-    const rows = this.found.rows.filter((row) => row[column.name] !== null).sort((a, b) => a[column.name] - b[column.name]);
+    const rows = this.found.rows.filter((row) => usable(row, column)).sort((a, b) => a[column.name] - b[column.name]);
     if (!rows.length) return null;
     const line = (label, row) => h("p", {}, h("strong", {}, label), " ", this.words(row, column, names), " ", h("button", {type: "button", class: "link", onclick: () => this.open(row)}, t("study.open_case")));
     return h("div", {}, line(t("study.least"), rows[0]), line(t("study.most"), rows.at(-1)));
@@ -127,7 +130,7 @@ class Outcome {
     const some = metrics.slice(0, 6);
     const lines = this.found.rows.map((row) => [
       ...names.map((name, i) => (i ? h("td", {}, this.shownAxis(name, row[name])) : this.shownAxis(name, row[name]))),
-      ...some.map((column) => (row[column.name] === null ? "–" : withUnit(number(row[column.name] * column.scale.factor, 4), column.scale.unit))),
+      ...some.map((column) => (!usable(row, column) ? "–" : withUnit(number(row[column.name] * column.scale.factor, 4), column.scale.unit))),
       h("td", {class: "words", lang: "en"}, row.status === "completed" ? h("button", {type: "button", class: "link", onclick: () => this.open(row)}, t("study.open_case")) : row.reason || row.status),
     ]);
     return h("section", {}, h("details", {}, h("summary", {}, t("study.cases", {n: this.found.rows.length})), table([...names.map(axisLabel), ...some.map(({name}) => quantityLabel(name)), ""], lines, {label: t("study.cases", {n: this.found.rows.length})})));
