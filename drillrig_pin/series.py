@@ -136,7 +136,7 @@ def _times(value: float, factor: float) -> float:
 
 
 def _lines(text: str) -> Iterator[tuple[int, str]]:
-    for number, line in enumerate(text.strip().splitlines(), start=1):
+    for number, line in enumerate(text.lstrip("\ufeff").strip().splitlines(), start=1):
         if line.strip(" \t,;"):
             yield number, line.strip(" \r")
 
@@ -162,7 +162,8 @@ def _header(
                 return tuple(cells), (_bracketed(cells[0]), _bracketed(cells[1]))
         return (), ("", "")
     cells = _split(head[0][1], separator)
-    if len(cells) != 2 or len(head) > 2:
+    # A first line that holds a number was meant as a row: it is not passed over as words.
+    if len(cells) != 2 or len(head) > 2 or any(NUMBER.fullmatch(cell) for cell in cells):
         raise reader.not_two(*head[-1], separator)
     found = [_unit_in(cell, measures) for cell, measures in zip(cells, ("time", quantity), strict=True)]
     if len(head) == 2:
@@ -175,7 +176,8 @@ def _header(
 
 
 def _split(line: str, separator: str) -> list[str]:
-    cells = [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
+    words = line.split(separator) if '"' not in line else next(csv.reader([line], delimiter=separator))
+    cells = [cell.strip() for cell in words]
     # A separator at the end of every line, as some loggers leave it, is no column.
     return cells[:-1] if len(cells) == 3 and not cells[2] else cells
 

@@ -95,6 +95,10 @@ def test_a_unit_that_does_not_fit_is_refused(kind: str, header: str, words: str)
     assert "\n" not in str(caught.value)
 
 
+def test_a_byte_order_mark_takes_no_row_along() -> None:
+    assert read_samples("\ufeff" + rows(), "f.csv")[0] == (0.0, 0.0)
+
+
 @pytest.mark.parametrize("header", ["time,force", "time,force_z", "t,F_min", "time (s),F_max", "stamp,load"])
 def test_names_without_units_are_seconds_and_newtons(header: str) -> None:
     assert read_samples(header + "\n" + rows(), "f.csv")[1] == (100.0, 1.0)
@@ -119,6 +123,8 @@ def test_semicolons_and_tabs_separate_columns_too(separator: str) -> None:
         ("0,1e999\n1,2\n", "not finite"),
         ("0,0x10\n1,2\n", "line 1"),
         ("0,1.000,5\n", "line 1"),
+        ("O,0\n1,5\n2,5\n3,5\n4,5\n", "line 1"),
+        ("sep=;\ntime;force\n0;1\n", "line 2"),
     ],
 )
 def test_what_could_be_misread_is_refused(text: str, words: str) -> None:
