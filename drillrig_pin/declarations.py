@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict
 
-from drillrig_pin.elements.fields import Name, Vector, quantity, reference, split
+from drillrig_pin.elements.fields import Name, TreeName, Vector, quantity, reference, split
 from drillrig_pin.errors import ModelError
 from drillrig_pin.model.nodes import Node
 
@@ -38,7 +38,7 @@ class Point(Declaration):
     tag: ClassVar[str] = "point"
 
     name: Name
-    link: Name = reference("link that carries it")
+    link: TreeName = reference("link that carries it")
     xyz: Vector = quantity("m", "position in the link's frame", default=(0.0, 0.0, 0.0))
     rpy: Vector = quantity("rad", "axes: roll, pitch, yaw in the link's frame", default=(0.0, 0.0, 0.0))
     track: bool = reference("true: reported over time", default=True)
@@ -49,7 +49,7 @@ class PoseJoint(Declaration):
 
     tag: ClassVar[str] = "joint"
 
-    name: Name
+    name: TreeName
     position: Annotated[tuple[float, ...], BeforeValidator(split)] = quantity(
         "rad or m", "position; for a floating joint x y z qx qy qz qw", min_length=1, max_length=7
     )

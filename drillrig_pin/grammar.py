@@ -24,6 +24,9 @@ A model is a URDF file. What URDF has no words for stands in one or more `<drill
 other readers (Pinocchio, yourdfpy, MuJoCo) skip them. All numbers are SI and radians, vectors are separated by spaces.
 A `.xacro` file may compute them; the expanded file is complete by itself.
 
+Names of elements begin with a letter of any script or `_` and go on with letters, digits and `_ . - / :`. Links, joints
+and the robot may have any name.
+
 This page is written by `python scripts/write_grammar.py` from the classes that read the elements.
 
 A tag that is not listed here is looked up among the entry points `{GROUP}` of installed packages,

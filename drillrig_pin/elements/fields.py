@@ -6,7 +6,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, StringConstraints
 
-Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z_][A-Za-z0-9_.\-]*$", max_length=100)]
+#: Name of an element: a letter of any script or `_`, then letters, digits and `_ . - / :`.
+Name = Annotated[str, StringConstraints(pattern=r"^[^\W\d][\w.\-/:]*$", max_length=100)]
+#: Name of a link or joint: whatever the URDF part calls it.
+TreeName = Annotated[str, StringConstraints(min_length=1, max_length=200)]
 
 
 def split(value: Any) -> Any:

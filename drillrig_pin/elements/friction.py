@@ -10,7 +10,7 @@ import numpy as np
 
 from drillrig_pin.coordinates import Coordinate
 from drillrig_pin.elements.base import Element, Law, Remark, Resolver
-from drillrig_pin.elements.fields import Name, quantity, reference
+from drillrig_pin.elements.fields import TreeName, quantity, reference
 from drillrig_pin.errors import ModelError
 from drillrig_pin.kinematics import Array
 from drillrig_pin.model.nodes import Node
@@ -53,7 +53,7 @@ class JointFriction(Element):
 
     tag: ClassVar[str] = "joint_friction"
 
-    joint: Name = reference("revolute, continuous or prismatic joint")
+    joint: TreeName = reference("revolute, continuous or prismatic joint")
     damping: float = quantity("N*m*s/rad or N*s/m", "viscous", default=0.0, ge=0)
     friction: float = quantity("N*m or N", "dry (Coulomb)", default=0.0, ge=0)
     creep: float = quantity("rad/s or m/s", "speed over which the dry part is smoothed; assumed", default=CREEP, gt=0)

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from drillrig_pin.coordinates import Coordinate, Line
 from drillrig_pin.elements.base import Element, Law, Resolver
-from drillrig_pin.elements.fields import InitialOrNumber, Name, quantity, reference
+from drillrig_pin.elements.fields import InitialOrNumber, Name, TreeName, quantity, reference
 from drillrig_pin.kinematics import Array
 
 
@@ -68,7 +68,7 @@ class JointSpring(Element):
 
     tag: ClassVar[str] = "joint_spring"
 
-    joint: Name = reference("revolute or prismatic joint")
+    joint: TreeName = reference("revolute or prismatic joint")
     stiffness: float = quantity("N*m/rad or N/m", "stiffness c", ge=0)
     damping: float = quantity("N*m*s/rad or N*s/m", "damping k", default=0.0, ge=0)
     rest: InitialOrNumber = quantity("rad or m", "joint position at which it is relaxed", default="initial")
@@ -118,7 +118,7 @@ class JointTorque(Element):
 
     tag: ClassVar[str] = "joint_torque"
 
-    joint: Name = reference("revolute or prismatic joint")
+    joint: TreeName = reference("revolute or prismatic joint")
     value: float = quantity("N*m or N", "torque along the joint's axis")
 
     def coordinate(self, resolver: Resolver) -> Coordinate:

@@ -32,8 +32,8 @@ def commands(parts: list[Part]) -> Iterator[bytes]:
 
 
 def node_path(part: Part) -> str:
-    """Where Meshcat keeps a part."""
-    return "/" + "/".join(part.path)
+    """Where Meshcat keeps a part; a slash in a name would put it into another part, and move it along."""
+    return "/" + "/".join(name.replace("/", "\u2215") for name in part.path)
 
 
 def _column_major(placement: Array) -> list[float]:
