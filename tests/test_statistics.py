@@ -14,9 +14,10 @@ from rigs import joint, link, mass_on_cylinder, point, robot
 
 from drillrig_pin import Scenario, load_rig_text, simulate
 from drillrig_pin.analysis.comparison import compare_runs
-from drillrig_pin.analysis.fatigue import rainflow_ranges
+from drillrig_pin.analysis.fatigue import cylinder_rainflow, rainflow_ranges
 from drillrig_pin.analysis.metrics import Metrics, measure
 from drillrig_pin.analysis.motion import ring_down
+from drillrig_pin.analysis.quantities import quantities
 from drillrig_pin.analysis.series import extremes, rms, share_above, turning_points, weights
 from drillrig_pin.analysis.sources import source_of
 from drillrig_pin.analysis.spectra import amplitude_spectrum, strongest_lines
@@ -322,3 +323,42 @@ def test_every_share_worth_drawing_has_a_look_of_its_own() -> None:
     looks = inks_of(Face("S.z.rms", "m", (hole,), frozenset(), False))
     assert set(looks) == set(shares)
     assert len(set(looks.values())) == 14
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), begin=st.floats(0.0, 0.5), dense=st.booleans())
+def test_a_spectrum_does_not_depend_on_rows_between_its_own(seed: int, begin: float, dense: bool) -> None:
+    even = np.arange(4001) / 1000.0
+    random = np.random.default_rng(seed)
+    # A few rows in between, or one in every step, as a load table has them at its own times.
+    extra = even[:-1] + random.uniform(2e-4, 8e-4, 4000) if dense else np.sort(random.uniform(0.7, 0.9, 50))
+    time = np.unique(np.concatenate([even, extra]))
+    time = time[time >= begin]
+    spectrum = amplitude_spectrum(time, (1e-3 * np.sin(2 * math.pi * 48 * time + 1))[:, None])
+    assert spectrum is not None
+    (line,) = strongest_lines(spectrum, "z")
+    assert line.frequency == pytest.approx(48, abs=0.05)
+    # Between its bins a line loses 0.3 % of its height.
+    assert line.amplitude == pytest.approx(1e-3, rel=4e-3)
+
+
+RATES = (20.0, 49.0, 96.0, 1000.0, 20_000.0)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_numbers_are_the_same_at_any_output_rate(engine: str) -> None:
+    fast, whole = run_of(harmonics(0.2), 1.5, engine), {}
+    if fast.record is fast and fast.load_frequency is None:
+        pytest.skip("this version keeps samples alone")
+    for rate in RATES:
+        run = run_of(harmonics(0.2), 1.5, engine, output_rate=rate)
+        found = measure(run)
+        counts = cylinder_rainflow(run.record, slice(0, None))
+        whole[rate] = {key: item.value for key, item in quantities(found, found.hole, counts).items()}
+        assert found.frequencies is not None
+        assert found.frequencies.lines[0].frequency == pytest.approx(48, abs=0.5)
+        assert found.stored.enough == (rate >= 120)
+    for rate in RATES:
+        for key, value in whole[1000.0].items():
+            if not key.startswith(("cost.", "trust.")):
+                assert whole[rate][key] == pytest.approx(value, rel=1e-6, abs=1e-12), (rate, key)

@@ -249,7 +249,10 @@ def averaged_spectrum(time: Array, signals: Array) -> AveragedSpectrum | None:
 
 
 def table_frequency(time: Array, value: Array) -> float:
-    """Frequency below which ``MOST`` of the mean square of a load table lies [Hz]; 0 for one that does not change."""
+    """Frequency below which ``MOST`` of the mean square of a load table lies [Hz]; 0 for one that does not change.
+
+    At most the one that the table's own rows can show, 2.5 of them in a period.
+    """
     step = float(np.median(np.diff(time)))
     even = np.arange(time[0], time[-1] + 0.5 * step, step)
     if len(even) < 4:
@@ -260,22 +263,27 @@ def table_frequency(time: Array, value: Array) -> float:
     if not whole > 0:
         return 0.0
     row = int(np.searchsorted(np.cumsum(power), MOST * whole))
-    return float(np.fft.rfftfreq(len(even), step)[min(row, len(power) - 1)])
+    return min(float(np.fft.rfftfreq(len(even), step)[min(row, len(power) - 1)]), 0.4 / step)
 
 
 def _on_grid(time: Array, signals: Array) -> tuple[Array, Array]:
-    """The rows at equal distances; rows between them, and a last one nearer than they are, are left out."""
+    """The rows at equal distances; those between them are left out. A curve through the rows where there are none."""
     if len(time) < 3:
         return time, signals
     steps = np.diff(time)
-    # Extra rows only shorten steps: the usual step is the longest that occurs more than a few times.
+    # Rows in between only shorten steps: the usual step is the longest that occurs more than a few times.
     step = float(np.quantile(steps, 0.99)) if len(steps) > 100 else float(steps.max())
-    place = (time - time[0]) / step
-    on = np.abs(place - np.rint(place)) < GRID
-    rows = np.flatnonzero(on)
-    # Of several rows at one place of the grid, as at the two sides of a jump, the first.
-    rows = rows[np.concatenate([[True], np.diff(np.rint(place[rows])) > 0])]
-    if len(rows) == 1 + np.rint(place[rows[-1]]):
-        return time[rows], signals[rows]
-    even = time[0] + step * np.arange(int(place[-1] + GRID) + 1)
-    return even, np.stack([np.interp(even, time, signal) for signal in signals.T], axis=1)
+    # Rows stand at multiples of their step; a signal cut out of others counts from its own first row.
+    for origin in (0.0, float(time[0])):
+        place = (time - origin) / step
+        rows = np.flatnonzero(np.abs(place - np.rint(place)) < GRID)
+        rows = rows[np.concatenate([[True], np.diff(np.rint(place[rows])) > 0])] if len(rows) else rows
+        if len(rows) > 1 and len(rows) == 1 + np.rint(place[rows[-1]]) - np.rint(place[rows[0]]):
+            most = (time[-1] - time[0]) / step - 2
+            if len(rows) >= most:
+                return time[rows], signals[rows]
+    from scipy.interpolate import CubicSpline
+
+    distinct = np.concatenate([[True], steps > 0])
+    even = time[0] + step * np.arange(int((time[-1] - time[0]) / step + GRID) + 1)
+    return even, np.asarray(CubicSpline(time[distinct], signals[distinct])(even))
