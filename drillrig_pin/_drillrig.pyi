@@ -17,7 +17,7 @@ class CompiledTree:
 class CompiledRig:
     """A rig bound to its equilibrium; immutable, shared by threads."""
 
-    def __init__(self, tree: CompiledTree, joints: Sequence[int], counts: Sequence[int], a: Sequence[float], b: Sequence[float], c: Sequence[float], base: Sequence[int], moving: Sequence[int], constraints: int, kinds: Sequence[int], loads: Sequence[int], parameters: Sequence[float], ranges: Sequence[int], series: Sequence[float], lowest: Sequence[float], highest: Sequence[float], targets: Sequence[float], support: Sequence[int], points: Sequence[float], formulation: int, correction: int, correction_values: Sequence[float], rank: int, rank_threshold: float) -> None: ...
+    def __init__(self, tree: CompiledTree, joints: Sequence[int], counts: Sequence[int], gears: Sequence[int], ratios: Sequence[float], a: Sequence[float], b: Sequence[float], c: Sequence[float], base: Sequence[int], moving: Sequence[int], constraints: int, kinds: Sequence[int], loads: Sequence[int], parameters: Sequence[float], ranges: Sequence[int], series: Sequence[float], lowest: Sequence[float], highest: Sequence[float], targets: Sequence[float], support: Sequence[int], points: Sequence[float], formulation: int, correction: int, correction_values: Sequence[float], rank: int, rank_threshold: float) -> None: ...
 
     def evaluate(self, t: float, y: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], law: object | None = None) -> dict:
         """Everything the right-hand side computes at (t, y), by name."""

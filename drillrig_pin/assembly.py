@@ -135,7 +135,7 @@ def _close(rig: Rig, space: Workspace, q0: Array, which: Array, goal: Array) -> 
         return q
     worst = int(np.argmax(np.abs(f)))
     row = rig.rows[int(which[worst])]
-    unit = "m" if row.unit == "m" else "(cosine)"
+    unit = "(cosine)" if row.unit == "1" else row.unit
     raise AssemblyError(
         f"the machine cannot be assembled: {row.name!r} stays {abs(f[worst]):.3g} {unit} open",
         where=rig.file.path,

@@ -180,4 +180,4 @@ def left_words(dynamics: Dynamics, f: Array) -> str:
     """The cause of a run that left its constraints, with residuals f (m): the row that is off most."""
     worst = int(np.argmax(np.where(np.isfinite(f), np.abs(f), np.inf)))
     row = dynamics.rig.rows[worst]
-    return f"constraint {row.name!r} is off by {abs(float(f[worst])):.3g} {'m' if row.unit == 'm' else '(cosine)'}"
+    return f"constraint {row.name!r} is off by {abs(float(f[worst])):.3g} {'(cosine)' if row.unit == '1' else row.unit}"

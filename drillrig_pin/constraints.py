@@ -12,11 +12,13 @@ from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
-from drillrig_pin.coordinates import Angle, Slide
+from drillrig_pin.coordinates import Angle, Gear, JointCoordinate, Slide
 from drillrig_pin.elements.base import Resolver
 from drillrig_pin.elements.fields import AXIS, Axes, Initial, Name, quantity, reference, split
 from drillrig_pin.kinematics import world_direction, world_point
 from drillrig_pin.model.nodes import Node
+from drillrig_pin.model.numbers import vector
+from drillrig_pin.model.tree_text import child
 
 
 def _target(value: Any) -> Any:
@@ -31,12 +33,12 @@ class Row:
         name: element and axis, e.g. ``face.y``.
         coordinate: x(q).
         target: value held [m or -]; None: the value at the initial state.
-        unit: of the residual, ``m`` or ``1``.
+        unit: of the residual, ``m``, ``rad`` or ``1``.
         loop: True for a loop, whose reaction is part of equilibrium from the start.
     """
 
     name: str
-    coordinate: Slide | Angle
+    coordinate: Slide | Angle | Gear
     target: float | None
     unit: str
     loop: bool
@@ -131,6 +133,35 @@ class Loop(Constraint):
             yield Row(f"{self.name}.r{axis}", Angle(base, moving), 0.0, "1", True)
 
 
+class GearPair(Constraint):
+    """One joint follows another: q = ratio q_mimics + offset, as by a parallel linkage, a chain, gears.
+
+    Its reaction is the torque or force on the joint's own axis [N m or N]; on the other joint acts -ratio times it.
+    URDF's `<mimic joint multiplier offset/>` is read as this element, named after its joint. Where neither pose nor
+    scenario says where the joint stands, it starts where the other one puts it.
+    """
+
+    tag: ClassVar[str] = "gear"
+
+    joint: Name = reference("revolute, continuous or prismatic joint that follows")
+    mimics: Name = reference("joint that leads")
+    ratio: float = quantity("-", "speed of the follower per speed of the leader [rad, m]", default=1.0)
+    offset: float = quantity("rad or m", "position of the follower where the leader is at zero", default=0.0)
+
+    def fault(self) -> str | None:
+        """Two joints."""
+        return "a joint cannot follow itself" if self.joint == self.mimics else None
+
+    def rows(self, resolver: Resolver) -> Iterator[Row]:
+        """q_joint - ratio q_mimics = offset."""
+        follower, leader = resolver.joint(self.joint), resolver.joint(self.mimics)
+        assert isinstance(follower, JointCoordinate)
+        assert isinstance(leader, JointCoordinate)
+        slides = resolver.slides(self.joint)
+        name, unit = (f"{self.name}.slide", "m") if slides else (f"{self.name}.angle", "rad")
+        yield Row(name, Gear(follower, leader, self.ratio), self.offset, unit, True)
+
+
 def _perpendicular(axis: str, closed: tuple[str, ...]) -> tuple[tuple[float, float, float], str]:
     """Direction of the first frame and axis of the second whose scalar product must vanish so that rotation about
     ``axis`` does.
@@ -147,4 +178,19 @@ def _perpendicular(axis: str, closed: tuple[str, ...]) -> tuple[tuple[float, flo
     return AXIS[third], second
 
 
-CONSTRAINTS: dict[str, type[Constraint]] = {cls.tag: cls for cls in (Hold, Loop)}
+CONSTRAINTS: dict[str, type[Constraint]] = {cls.tag: cls for cls in (Hold, Loop, GearPair)}
+
+
+def gears_of_mimics(root: Node) -> Iterator[tuple[GearPair, Node]]:
+    """What the <mimic> of every joint with one dof says, as a gear named after it, with its node."""
+    for joint in root.named("joint"):
+        node, name = child(joint, "mimic"), joint.attributes.get("name", "")
+        if node is None or joint.attributes.get("type") not in ("revolute", "continuous", "prismatic"):
+            continue
+        ratio, offset = vector(node, "multiplier", (1.0,))[0], vector(node, "offset", (0.0,))[0]
+        # Any names that URDF allows joints are legal here.
+        leader = node.attributes.get("joint", "")
+        yield (
+            GearPair.model_construct(name=f"{name}.mimic", joint=name, mimics=leader, ratio=ratio, offset=offset),
+            node,
+        )

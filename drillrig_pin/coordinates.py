@@ -14,6 +14,7 @@ line       \\|P_b - P_a\\|                                            (u, P_b x 
 turn       none (a torque does not need one)                          (0, n)                          torques
 slide      n . (P_b - P_a), n fixed in body a or in a third body      (n, P_b x n)                    contact, hold
 angle      m_a . m_b, two directions                                  (0, m_b x m_a)                  hinges
+gear       q_k - ratio q_l                                            row is constant                 gears, mimics
 =========  =========================================================  ==============================  ================
 
 This is J(q)^T times force of [Tram2023] eqs. (11)-(51) without writing a Jacobian per force.
@@ -85,8 +86,17 @@ class Angle:
     moving: Anchor
 
 
-Coordinate = JointCoordinate | Line | Turn | Slide | Angle
-_ORDER: tuple[type, ...] = (JointCoordinate, Turn, Line, Slide, Angle)
+@dataclass(frozen=True, slots=True)
+class Gear:
+    """x = q_follower - ratio q_leader of two joints with one dof each; only constraints have such a coordinate."""
+
+    follower: JointCoordinate
+    leader: JointCoordinate
+    ratio: float
+
+
+Coordinate = JointCoordinate | Line | Turn | Slide | Angle | Gear
+_ORDER: tuple[type, ...] = (JointCoordinate, Turn, Line, Slide, Angle, Gear)
 
 
 class CoordinateSet:
@@ -104,8 +114,8 @@ class CoordinateSet:
     Attributes:
         x: coordinates (n).
         rows: their gradients (n, nv).
-        W: unit wrenches (n - joint coordinates, 6).
-        kinds: the coordinates sorted: joints, turns, lines, slides, angles.
+        W: unit wrenches of all but joints and gears, (wrenches, 6).
+        kinds: the coordinates sorted: joints, turns, lines, slides, angles, gears.
     """
 
     def __init__(
@@ -116,12 +126,13 @@ class CoordinateSet:
         self.position = np.argsort(np.array(order, dtype=int)) if order else np.zeros(0, dtype=int)
         kinds: list[list[Any]] = [[coordinates[i] for i in order if isinstance(coordinates[i], k)] for k in _ORDER]
         self.kinds = kinds
-        joints, turns, lines, slides, angles = kinds
-        nj, nt, nl, ns, na = map(len, kinds)
+        joints, turns, lines, slides, angles, gears = kinds
+        nj, nt, nl, ns, na, ng = map(len, kinds)
         self.x = np.zeros(n)
         self.rows = np.zeros((n, model.nv))
-        self.W = np.zeros((n - nj, 6))
-        self._joints = _JointPart(joints, self.x, self.rows)
+        self.W = np.zeros((n - nj - ng, 6))
+        self._joints = _JointPart(joints, self.x, self.rows, ng)
+        self._gears = _GearPart(gears, self.x, self.rows)
         support = support_matrix(model) if support is None else support
         bodies = [(c.base, c.body) for c in turns] + [(c.start.joint, c.end.joint) for c in lines]
         bodies += [(c.origin.joint, c.point.joint) for c in slides] + [(c.base.joint, c.moving.joint) for c in angles]
@@ -142,20 +153,24 @@ class CoordinateSet:
         self._moved, self._bases = moved, bases
         self._slide_axes, self._turn_axes = slide_axes, turn_axes
         self._length = self.x[nj + nt : nj + nt + nl]
-        self._slide_x = self.x[nj + nt + nl : n - na]
-        self._angle_x = self.x[n - na :]
+        self._slide_x = self.x[nj + nt + nl : n - na - ng]
+        self._angle_x = self.x[n - na - ng : n - ng]
         self._acting, self._turning = slice(nt, nt + nl + ns), slice(0, nt)
         self._counts = nl, ns, nt, na
 
-        self._bias_rows = slice(n - nj - biased, n - nj)
-        first = max(0, n - nj - biased)
-        self._bias_slides = biased - na
+        # Gears have constant rows, and of a machine with nothing else there is no wrench.
+        with_wrench = max(0, biased - ng)
+        first = len(self.W) - with_wrench
+        self._bias_rows = slice(first, len(self.W))
+        self._bias_slides = with_wrench - na
+        self._unbiased = np.zeros(min(ng, biased))
         self._bias_relative, self._bias_base, self._bias_moving = self._relative[first:], base[first:], moving[first:]
         self._bias_at_rest = not self._bias_base.any()
 
     def update(self, kinematics: Kinematics, q: Array) -> None:
         """Fill ``x``, ``W`` and ``rows`` from an up-to-date kinematics."""
         self._joints.update(q)
+        self._gears.update(q)
         nl, ns, nt, na = self._counts
         W = self.W
         if not len(W):
@@ -210,15 +225,15 @@ class CoordinateSet:
             if base_omega is not None:
                 rate += cross(self._moved, cross(base_omega[ns:], self._bases).take(WRAP, 1))
             gamma[ns:] += np.vecdot(rate, V[ns:, 3:])
-        return gamma
+        return np.concatenate([gamma, self._unbiased]) if len(self._unbiased) else gamma
 
 
 class _JointPart:
     """The rows that are unit vectors: filled once."""
 
-    def __init__(self, joints: list[JointCoordinate], x: Array, rows: Array) -> None:
+    def __init__(self, joints: list[JointCoordinate], x: Array, rows: Array, gears: int) -> None:
         self._x = x[: len(joints)]
-        self.others = rows[len(joints) :]
+        self.others = rows[len(joints) : len(rows) - gears]
         self._index_q = np.array([c.index_q for c in joints], dtype=int)
         for i, c in enumerate(joints):
             rows[i, c.index_v] = 1.0
@@ -226,3 +241,21 @@ class _JointPart:
     def update(self, q: Array) -> None:
         if len(self._x):
             self._x[:] = q[self._index_q]
+
+
+class _GearPart:
+    """The rows that join two joints: filled once."""
+
+    def __init__(self, gears: list[Gear], x: Array, rows: Array) -> None:
+        first = len(x) - len(gears)
+        self._x = x[first:]
+        self._follower = np.array([gear.follower.index_q for gear in gears], dtype=int)
+        self._leader = np.array([gear.leader.index_q for gear in gears], dtype=int)
+        self._ratio = np.array([gear.ratio for gear in gears])
+        for row, gear in zip(rows[first:], gears, strict=True):
+            row[gear.follower.index_v] += 1.0
+            row[gear.leader.index_v] -= gear.ratio
+
+    def update(self, q: Array) -> None:
+        if len(self._x):
+            self._x[:] = q[self._follower] - self._ratio * q[self._leader]

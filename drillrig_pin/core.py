@@ -98,7 +98,7 @@ class CompiledDynamics:
         self.dynamics = dynamics
         rig, space = dynamics.rig, dynamics.space
         coordinates: CoordinateSet = space.coordinates
-        joints, turns, lines, slides, angles = coordinates.kinds
+        joints, turns, lines, slides, angles, gears = coordinates.kinds
         order = np.argsort(space.index)
         self._laws = [dynamics.laws[i] for i in order]
         laws = _Laws(self._laws)
@@ -108,6 +108,8 @@ class CompiledDynamics:
             tree=rig.once("compiled tree", lambda: CompiledTree(rig.model.saveToString())),
             joints=[n for j in joints for n in (j.index_q, j.index_v)],
             counts=[len(turns), len(lines), len(slides), len(angles)],
+            gears=[n for g in gears for j in (g.follower, g.leader) for n in (j.index_q, j.index_v)],
+            ratios=[gear.ratio for gear in gears],
             a=a,
             b=b,
             c=c,

@@ -13,8 +13,8 @@ import numpy as np
 import pinocchio as pin
 from pydantic import BaseModel, ValidationError
 
-from drillrig_pin.constraints import CONSTRAINTS, Constraint, Row
-from drillrig_pin.coordinates import JointCoordinate
+from drillrig_pin.constraints import CONSTRAINTS, Constraint, GearPair, Row, gears_of_mimics
+from drillrig_pin.coordinates import Gear, JointCoordinate
 from drillrig_pin.declarations import DECLARATIONS, Gravity, Point, Pose
 from drillrig_pin.elements.base import Element
 from drillrig_pin.elements.friction import friction_of_joints
@@ -79,9 +79,9 @@ class Rig:
 
     @cached_property
     def rows(self) -> tuple[Row, ...]:
-        """All scalar constraint rows, sorted as the coordinates of a run: translations first, then rotations."""
+        """All scalar constraint rows, sorted as the coordinates of a run: translations, rotations, gears."""
         rows = [row for constraint in self.constraints for row in constraint.rows(self)]
-        return tuple(sorted(rows, key=lambda row: row.unit != "m"))
+        return tuple(sorted(rows, key=lambda row: 2 if isinstance(row.coordinate, Gear) else row.unit != "m"))
 
     @cached_property
     def tracked(self) -> list[str]:
@@ -120,6 +120,10 @@ class Rig:
             raise ModelError(f"joint {name!r} has {joint.nv} dofs, not one", todo="Use a spring between points.")
         return JointCoordinate(joint.idx_q, joint.idx_v)
 
+    def slides(self, joint: str) -> bool:
+        """True if the position of a joint with one dof is a distance."""
+        return "P" in str(self.model.joints[self.model.getJointId(joint)].shortname())
+
     def limits(self, joint: Any) -> tuple[float, float]:
         """Least and greatest position of a joint of the model with one dof [rad or m]; infinite where it has none."""
         low, high = self.model.lowerPositionLimit[joint.idx_q], self.model.upperPositionLimit[joint.idx_q]
@@ -132,13 +136,26 @@ class Rig:
             ScenarioError: unknown pose or joint, or a wrong number of values for a joint.
         """
         q: Array = pin.neutral(self.model)
+        given: set[str] = set()
         if pose is not None:
             if pose not in self.poses:
                 raise ScenarioError(f"the model has no pose {pose!r}", todo=legal_names(pose, self.poses, "poses"))
             for entry in self.poses[pose].joints:
                 self._set(q, entry.name, entry.position)
+                given.add(entry.name)
         for name, value in (positions or {}).items():
             self._set(q, name, tuple(np.atleast_1d(np.asarray(value, dtype=float)).tolist()))
+            given.add(name)
+        return self._followed(q, given)
+
+    def _followed(self, q: Array, given: set[str]) -> Array:
+        """q with the followers of gears, unless they are ``given``, where their leaders put them; chains too."""
+        gears = [c for c in self.constraints if isinstance(c, GearPair) and c.joint not in given]
+        for _ in gears:
+            for gear in gears:
+                if self.model.existJointName(gear.joint) and self.model.existJointName(gear.mimics):
+                    follower, leader = self.joint(gear.joint), self.joint(gear.mimics)
+                    q[follower.index_q] = gear.ratio * q[leader.index_q] + gear.offset
         return q
 
     def _set(self, q: Array, name: str, position: tuple[float, ...]) -> None:
@@ -220,7 +237,7 @@ def build_rig(file: ModelFile, elements: Iterable[Element] = ()) -> Rig:
 def assemble_rig(file: ModelFile, elements: Iterable[Element] = ()) -> tuple[Rig, list[Problem]]:
     """Build a rig of whatever is usable, and list what is not. The URDF part must be sound."""
     parsed, sources, problems = parse_elements(file)
-    problems += _read_friction(file, parsed, sources)
+    problems += _read_joints(file, parsed, sources)
     for element in elements:
         if element.name in sources:
             raise ModelError(f"{element.name!r} is already defined", where=sources[element.name], todo="Rename one.")
@@ -241,13 +258,17 @@ def assemble_rig(file: ModelFile, elements: Iterable[Element] = ()) -> tuple[Rig
     return _resolvable(rig, problems)
 
 
-def _read_friction(file: ModelFile, parsed: list[BaseModel], sources: dict[str, Source]) -> list[Problem]:
-    """Add what the <dynamics> of the joints says; problems where it cannot be."""
+def _read_joints(file: ModelFile, parsed: list[BaseModel], sources: dict[str, Source]) -> list[Problem]:
+    """Add what <dynamics> and <mimic> of the joints say; problems where it cannot be."""
     problems = []
     try:
-        for element, node in friction_of_joints(file.root):
+        found: list[tuple[Element | Constraint, Node]] = [*friction_of_joints(file.root), *gears_of_mimics(file.root)]
+        for element, node in found:
             if element.name in sources:
                 raise ModelError(f"{element.name!r} is already defined at {sources[element.name]}", where=node.source)
+            fault = element.fault()
+            if fault:
+                raise ModelError(f"<{node.tag}> of {element.name!r}: {fault}", where=node.source)
             parsed.append(element)
             sources[element.name] = node.source
     except ModelError as error:

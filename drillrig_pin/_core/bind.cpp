@@ -87,8 +87,8 @@ bool call_beat(void* owner, double t) {
   });
 }
 
-RigSpec make_spec(std::shared_ptr<const Tree> tree, const Integers& joints, const Integers& counts, const Numbers& a,
-                  const Numbers& b, const Numbers& c, const Integers& base, const Integers& moving, int constraints,
+RigSpec make_spec(std::shared_ptr<const Tree> tree, const Integers& joints, const Integers& counts, const Integers& gears,
+                  const Numbers& ratios, const Numbers& a, const Numbers& b, const Numbers& c, const Integers& base, const Integers& moving, int constraints,
                   const Integers& kinds, const Integers& loads, const Numbers& parameters, const Integers& ranges,
                   Numbers series, Numbers lowest, Numbers highest, Numbers targets, const Integers& support, const Numbers& points, int formulation,
                   int correction, const Numbers& correction_values, int rank, double rank_threshold) {
@@ -97,6 +97,8 @@ RigSpec make_spec(std::shared_ptr<const Tree> tree, const Integers& joints, cons
   Coordinates& all = spec.coordinates;
   for (std::size_t i = 0; i + 1 < joints.size(); i += 2) all.joints.push_back({joints[i], joints[i + 1]});
   all.turns = counts.at(0), all.lines = counts.at(1), all.slides = counts.at(2), all.angles = counts.at(3);
+  for (std::size_t i = 0; i < ratios.size(); ++i)
+    all.gears.push_back({{gears.at(4 * i), gears.at(4 * i + 1)}, {gears.at(4 * i + 2), gears.at(4 * i + 3)}, ratios[i]});
   all.a = anchors_of(a), all.b = anchors_of(b), all.c = anchors_of(c);
   all.base = base, all.moving = moving;
   spec.constraints = constraints;
@@ -248,17 +250,17 @@ NB_MODULE(_drillrig, module) {
       .def(nb::init<const std::string&>(), "text"_a);
   nb::class_<RigSpec>(module, "CompiledRig", "A rig bound to its equilibrium; immutable, shared by threads.")
       .def("__init__",
-           [](RigSpec* self, std::shared_ptr<Tree> tree, const Integers& joints, const Integers& counts, const Numbers& a,
-              const Numbers& b, const Numbers& c, const Integers& base, const Integers& moving, int constraints,
+           [](RigSpec* self, std::shared_ptr<Tree> tree, const Integers& joints, const Integers& counts, const Integers& gears,
+              const Numbers& ratios, const Numbers& a, const Numbers& b, const Numbers& c, const Integers& base, const Integers& moving, int constraints,
               const Integers& kinds, const Integers& loads, const Numbers& parameters, const Integers& ranges,
               Numbers series, Numbers lowest, Numbers highest, Numbers targets, const Integers& support, const Numbers& points, int formulation,
               int correction, const Numbers& correction_values, int rank, double rank_threshold) {
-             new (self) RigSpec(make_spec(std::move(tree), joints, counts, a, b, c, base, moving, constraints, kinds, loads,
+             new (self) RigSpec(make_spec(std::move(tree), joints, counts, gears, ratios, a, b, c, base, moving, constraints, kinds, loads,
                                           parameters, ranges, std::move(series), std::move(lowest), std::move(highest),
                                           std::move(targets), support, points,
                                           formulation, correction, correction_values, rank, rank_threshold));
            },
-           "tree"_a, "joints"_a, "counts"_a, "a"_a, "b"_a, "c"_a, "base"_a, "moving"_a, "constraints"_a, "kinds"_a,
+           "tree"_a, "joints"_a, "counts"_a, "gears"_a, "ratios"_a, "a"_a, "b"_a, "c"_a, "base"_a, "moving"_a, "constraints"_a, "kinds"_a,
            "loads"_a, "parameters"_a, "ranges"_a, "series"_a, "lowest"_a, "highest"_a, "targets"_a, "support"_a, "points"_a, "formulation"_a,
            "correction"_a, "correction_values"_a, "rank"_a, "rank_threshold"_a)
       .def("evaluate", &evaluate_at, "t"_a, "y"_a, "law"_a = nb::none(),

@@ -99,6 +99,8 @@ void Dynamics::place(const double* q) {
     x[nj + k] = base_axis_[k].dot(axis_[k]);
     W_[k].tail<3>() = axis_[k].cross(base_axis_[k]);
   }
+  int i = nj + k;
+  for (const GearCoordinate& gear : c.gears) x[i++] = q[gear.follower.index_q] - gear.ratio * q[gear.leader.index_q];
 }
 
 // V_j = V_parent + J_j v_j: parents come before their children.
@@ -117,6 +119,8 @@ void Dynamics::coordinate_rates(const double* v) {
   const int nj = static_cast<int>(c.joints.size()), others = c.others();
   for (int i = 0; i < nj; ++i) x_dot[i] = v[c.joints[i].index_v];
   for (int i = 0; i < others; ++i) x_dot[nj + i] = W_[i].dot(V_[c.moving[i]] - V_[c.base[i]]);
+  int i = nj + others;
+  for (const GearCoordinate& gear : c.gears) x_dot[i++] = v[gear.follower.index_v] - gear.ratio * v[gear.leader.index_v];
 }
 
 // Each force is a wrench on two bodies; wrenches are summed from the leaves to the root: tau_d = J_d . sum beyond d.
@@ -146,8 +150,19 @@ void Dynamics::row_of(int wrench, double* out) const {
 }
 
 void Dynamics::constraint_rows() {
-  const int first = spec_.coordinates.others() - m_;
-  for (int r = 0; r < m_; ++r) row_of(first + r, J_.data() + r * nv);
+  const Coordinates& c = spec_.coordinates;
+  const int with_wrench = m_ - static_cast<int>(c.gears.size()), first = c.others() - with_wrench;
+  for (int r = 0; r < with_wrench; ++r) row_of(first + r, J_.data() + r * nv);
+  gear_rows(J_.data() + with_wrench * nv);
+}
+
+void Dynamics::gear_rows(double* out) const {
+  for (const GearCoordinate& gear : spec_.coordinates.gears) {
+    std::fill(out, out + nv, 0.0);
+    out[gear.follower.index_v] += 1.0;
+    out[gear.leader.index_v] -= gear.ratio;
+    out += nv;
+  }
 }
 
 const double* Dynamics::jacobian_at(const double* q) {
@@ -163,13 +178,15 @@ void Dynamics::gradient_rows(double* out) const {
   std::fill(out, out + n_ * nv, 0.0);
   for (int i = 0; i < nj; ++i) out[i * nv + c.joints[i].index_v] = 1.0;
   for (int i = 0; i < c.others(); ++i) row_of(i, out + (nj + i) * nv);
+  gear_rows(out + (nj + c.others()) * nv);
 }
 
 // gamma = W . (A_b - A_a) + W_dot . (V_b - V_a), as CoordinateSet.bias in Python.
 void Dynamics::constraint_bias() {
   const Coordinates& c = spec_.coordinates;
   const int others = c.others();
-  for (int i = others - m_, r = 0; i < others; ++i, ++r) {
+  gamma.setZero();  // of gears it is
+  for (int i = others - m_ + static_cast<int>(c.gears.size()), r = 0; i < others; ++i, ++r) {
     const int b = c.moving[i], o = c.base[i];
     Wrench A, A_base;
     tree_.drift(b, A.data());

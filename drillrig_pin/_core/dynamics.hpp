@@ -73,6 +73,7 @@ class Dynamics {
   bool damped() const { return spec_.formulation == Formulation::damped; }
   bool smallest_step(const double* violation);
   void row_of(int wrench, double* out) const;
+  void gear_rows(double* out) const;
 
   const RigSpec& spec_;
   LawContext context_;

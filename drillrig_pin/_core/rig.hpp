@@ -15,20 +15,27 @@ struct Anchor {
   double w;  // 1: point, 0: direction
 };
 
-// Coordinates in the order of their kinds (drillrig_pin/coordinates.py): joints, turns, lines, slides, angles.
+// Coordinates in the order of their kinds (drillrig_pin/coordinates.py): joints, turns, lines, slides, angles, gears.
 struct JointCoordinate {
   int index_q, index_v;
 };
 
+// q[follower] - ratio q[leader]: only constraints, and the last of them.
+struct GearCoordinate {
+  JointCoordinate follower, leader;
+  double ratio;
+};
+
 struct Coordinates {
   std::vector<JointCoordinate> joints;
+  std::vector<GearCoordinate> gears;
   int turns = 0, lines = 0, slides = 0, angles = 0;
   // Turn: a = axis. Line: a = start, b = end. Slide: a = origin, b = point, c = direction. Angle: a = base, b = moving.
   std::vector<Anchor> a, b, c;
   std::vector<int> base, moving;  // joints the wrench acts between
 
   int others() const { return turns + lines + slides + angles; }
-  int size() const { return static_cast<int>(joints.size()) + others(); }
+  int size() const { return static_cast<int>(joints.size() + gears.size()) + others(); }
 };
 
 enum class Formulation : int { multipliers, null_space, damped };

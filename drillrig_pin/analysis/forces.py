@@ -169,4 +169,4 @@ def reaction_groups(reactions: Sequence[ReactionRange]) -> dict[str, list[Reacti
 
 def is_rotation(row: str) -> bool:
     """Whether a constraint row, by its name, closes a rotation: its residual is a cosine, its multiplier a moment."""
-    return row.rpartition(".")[2] in ("rx", "ry", "rz")
+    return row.rpartition(".")[2] in ("rx", "ry", "rz", "angle")

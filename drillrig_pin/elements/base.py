@@ -82,6 +82,9 @@ class Resolver(Protocol):
     def joint(self, name: str) -> Coordinate:
         """The coordinate of a joint with one dof."""
 
+    def slides(self, joint: str) -> bool:
+        """True if the position of a joint with one dof is a distance."""
+
 
 class Element(BaseModel):
     """One element of the model file. Subclasses declare attributes as fields; that is also their grammar."""

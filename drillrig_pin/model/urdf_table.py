@@ -179,7 +179,7 @@ _JOINT = Element(
             joints=_ONE_DOF,
         ),
         "mimic": Element(
-            "position follows that of another joint",
+            "position follows that of another joint: acts as a `<gear>` named after it",
             {
                 "joint": Attribute("the other joint", required=True),
                 "multiplier": _number("1"),

@@ -55,8 +55,6 @@ def _joints(root: Node, links: dict[str, Node]) -> Iterator[Problem]:
         if kind not in JOINT_TYPES:
             advice = f"{INSTEAD.get(kind, '')} {legal_names(kind, JOINT_TYPES, 'types')}".strip()
             yield Problem("error", f"joint {name!r} is of type {kind!r}", joint.source, advice)
-        if child(joint, "mimic") is not None:
-            yield Problem("error", f"joint {name!r} mimics another", joint.source, "Use a loop or a spring instead.")
         for end in ("parent", "child"):
             node = child(joint, end)
             link = node.attributes.get("link", "") if node is not None else ""

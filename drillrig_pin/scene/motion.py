@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from drillrig_pin.coordinates import Line, Slide
+from drillrig_pin.coordinates import Gear, Line, Slide
 from drillrig_pin.errors import DrillrigError
 from drillrig_pin.kinematics import Anchor, Array, anchor_matrix, velocity_map_is_identity
 from drillrig_pin.rig import Rig
@@ -197,6 +197,8 @@ class Posing:
             if isinstance(c, Slide):
                 point, origin, direction = poses.world(self._model, [c.point, c.origin, c.direction]).transpose(1, 0, 2)
                 values.append(np.vecdot(direction, point - origin))
+            elif isinstance(c, Gear):
+                values.append(poses.q[:, c.follower.index_q] - c.ratio * poses.q[:, c.leader.index_q])
             else:
                 values.append(np.vecdot(*poses.world(self._model, [c.base, c.moving]).transpose(1, 0, 2)))
         return np.asarray(np.abs(np.stack(values, axis=1) - self._goal).max(axis=1))
