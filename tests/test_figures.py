@@ -12,6 +12,7 @@ from rigs import joint, link, mass_on_cylinder, robot
 from test_ur5 import EXTENSION, POSE, ur5_text
 
 from drillrig_pin import ResultFileError, Rig, Scenario, Trajectory, load_rig_text, simulate
+from drillrig_pin.analysis.measured import Measurement
 from drillrig_pin.figures.printed import DOTS_PER_INCH, WIDTH, save_sheets
 from drillrig_pin.figures.registry import FIGURES, sheets_of
 from drillrig_pin.figures.sheet import Curve, Panel, Sheet
@@ -176,3 +177,15 @@ def test_a_path_that_repeats_itself_is_drawn_once() -> None:
     drawn = np.isfinite(x)
     np.testing.assert_allclose(np.hypot(x[drawn], y[drawn]), 1.0)
     assert (np.ptp(x[drawn]), np.ptp(y[drawn])) == pytest.approx((2, 2))
+
+
+def test_a_gap_of_a_measurement_is_no_line_and_not_where_the_close_up_looks(drilling: Trajectory) -> None:
+    z, there = drilling.of("point_displacement", "S", "z"), (drilling.time < 0.2) | (drilling.time > 0.3)
+    gauge = Measurement(drilling.time[there], z[there], "gauge.csv")
+    (sheet,) = sheets_of(subject_of(drilling, measurement=gauge, measured_shift=0.0), ["measured"])
+    signals, close_up, difference = sheet.panels
+    for curve in (signals.curves[0], difference.curves[0]):
+        assert np.isnan(curve.y).sum() == 1
+        assert 0.2 < curve.x[np.isnan(curve.y)][0] < 0.3
+    assert len(close_up.curves[0].x) > 5
+    assert "gaps of the measurement are left out: 1" in sheet.caption

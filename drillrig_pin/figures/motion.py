@@ -123,12 +123,13 @@ def _with_gaps(curve: Curve, found: Comparison) -> Curve:
 
 
 def _middle(found: Comparison) -> tuple[float, float]:
-    """About ten swings of the measurement in the middle of the overlap [s]."""
+    """About ten swings of the measurement in the middle of its longest stretch without a gap [s]."""
     crossings = int((np.diff(np.signbit(found.measured)) != 0).sum())
-    length = float(found.time[-1] - found.time[0])
-    half = 0.5 * length * min(1.0, 20 / max(crossings, 1))
-    centre = float(found.time[0]) + 0.5 * length
-    return centre - half, centre + half
+    edges = np.concatenate([found.time[:1], found.gaps.ravel(), found.time[-1:]]).reshape(-1, 2)
+    low, high = edges[np.argmax(edges[:, 1] - edges[:, 0])].tolist()
+    measured = float((edges[:, 1] - edges[:, 0]).sum())
+    half = 0.5 * min(high - low, measured * 20 / max(crossings, 1))
+    return 0.5 * (low + high) - half, 0.5 * (low + high) + half
 
 
 def hole(subject: Subject) -> Sheet | None:
