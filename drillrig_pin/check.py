@@ -7,11 +7,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from drillrig_pin.check_pose import check_pose, check_start
 from drillrig_pin.constraints import Loop
 from drillrig_pin.elements.cylinder import Cylinder
 from drillrig_pin.elements.springs import Spring
 from drillrig_pin.errors import ModelError, Source
+from drillrig_pin.model.inertias import extent, gyration
 from drillrig_pin.model.modelfile import ModelFile, read_model, read_model_text
 from drillrig_pin.model.problem import Problem
 from drillrig_pin.model.urdfcheck import check_urdf
@@ -19,6 +22,7 @@ from drillrig_pin.plausible import implausible
 from drillrig_pin.rig import Rig, assemble_rig, parse_elements
 from drillrig_pin.scenario import Scenario
 from drillrig_pin.scene.links import machine_size
+from drillrig_pin.scene.shapes import corners
 from drillrig_pin.scene.visuals import link_visuals
 
 
@@ -110,15 +114,23 @@ def _doubtful(rig: Rig) -> list[Problem]:
 
 
 def _looks(rig: Rig) -> list[Problem]:
-    """Shapes that are not drawn as the file means them."""
-    faults = link_visuals(rig.file.root, rig.file.folder, machine_size(rig))[1]
+    """Shapes that are not drawn as the file means them, and inertias that do not fit their meshes."""
+    visuals, faults = link_visuals(rig.file.root, rig.file.folder, machine_size(rig))
     # What the tree's own check says of an attribute need not be said again.
     said = {(problem.source, _quoted(problem.message)) for problem in check_urdf(rig.file.root)}
-    return [
+    found = [
         Problem("warning", str(fault), fault.source, fault.todo)
         for fault in faults
         if (fault.source, _quoted(fault.what)) not in said
     ]
+    wrong = {fault.link for fault in faults if not fault.drawn}
+    for link in rig.file.root.named("link"):
+        name = link.attributes.get("name", "")
+        if name in visuals and name not in wrong and not any(extent(link)):
+            # Meshes: their size is known only now.
+            box = np.vstack([corners(visual.shape, visual.placement) for visual in visuals[name]])
+            found += gyration(link, np.ptp(box, axis=0).tolist())
+    return found
 
 
 def _quoted(message: str) -> str:

@@ -10,7 +10,7 @@ import pytest
 from rigs import pendulum
 
 from drillrig_pin import ModelError, load_rig_text
-from drillrig_pin.check import check_text
+from drillrig_pin.check import check_model, check_text
 from drillrig_pin.model.modelfile import read_model_text
 from drillrig_pin.model.problem import Problem
 from drillrig_pin.tree import load_tree
@@ -218,6 +218,21 @@ def test_a_placeholder_inertia_is_suspected_against_the_shape(mass: float, momen
     found = [str(p) for p in findings(text) if "radius" in p.message]
     assert bool(found) == bool(words)
     assert all(words in sentence and "rig.urdf:5" in sentence for sentence in found)
+
+
+def test_a_placeholder_inertia_is_suspected_against_a_mesh_too(tmp_path: Path) -> None:
+    facets = "".join(
+        f"facet normal 0 0 0\nouter loop\nvertex {a}\nvertex {b}\nvertex {c}\nendloop\nendfacet\n"
+        for a, b, c in [("0 0 0", "3 0 0", "0 0.3 0"), ("0 0 0", "3 0 0", "0 0 0.4"), ("3 0 0", "0 0.3 0", "0 0 0.4")]
+    )
+    (tmp_path / "boom.stl").write_text(f"solid boom\n{facets}endsolid boom\n")
+    path = tmp_path / "rig.urdf"
+    drawn = altered(VISUAL, '<visual><geometry><mesh filename="boom.stl"/></geometry></visual>')
+    path.write_text(drawn)
+    assert check_model(path) == []
+    path.write_text(drawn.replace(MASS, '<mass value="0.03"/>').replace(INERTIA, INERTIA.replace("300", "10")))
+    (problem,) = check_model(path)
+    assert "radius of gyration of 18 m, larger than its shape (3 m)" in problem.message
 
 
 def test_many_links_with_one_tensor_are_suspected_once() -> None:

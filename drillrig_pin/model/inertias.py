@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -101,14 +101,26 @@ def _inertia(link: Node, inertial: Node) -> Iterator[Problem]:
             "Check the tensor and the axes it is given in.",
         )
     elif mass > 0:
-        yield from _gyration(link, mass, large, tensor)
+        yield from gyration(link, extent(link))
     elif large > NO_INERTIA:
         yield Problem("warning", f"link {name!r} has {large:.4g} kg m^2 and no mass: no body has them", tensor.source)
 
 
-def _gyration(link: Node, mass: float, moment: float, tensor: Node) -> Iterator[Problem]:
-    """Compare the radius of gyration k = sqrt(I / m) about the centre of mass with the box around the shapes."""
-    edges = extent(link)
+def gyration(link: Node, edges: Sequence[float]) -> Iterator[Problem]:
+    """Compare the radius of gyration k = sqrt(I / m) about the centre of mass with the box around the shapes.
+
+    Args:
+        link: a link whose mass is positive and whose inertia is sound.
+        edges: of the box [m]; zeros: not known, nothing is compared.
+    """
+    inertial = child(link, "inertial")
+    tensor = child(inertial, "inertia") if inertial is not None else None
+    if inertial is None or tensor is None:
+        return
+    mass, (xx, xy, xz, yy, yz, zz) = inertial_numbers(inertial)
+    moment = float(np.linalg.eigvalsh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))[-1])
+    if not mass > 0:
+        return
     diagonal, longest = math.hypot(*edges), max(edges)
     if not longest > 0:
         return
