@@ -8,13 +8,19 @@ from typing import Annotated
 import typer
 
 from drillrig_pin.cli.case import Json, ModelName, ModelSettings, Packages, model_arguments
-from drillrig_pin.cli.output import console, print_json, table
+from drillrig_pin.cli.output import console, print_json, table, working
 from drillrig_pin.cli.targets import Force, console_beside, require_target
 
 
 def params(
     model: ModelName,
     assumed: Annotated[bool, typer.Option("--assumed", help="Only what no source prints.")] = False,
+    effect: Annotated[
+        bool,
+        typer.Option(
+            "--effect", help="Say which links, joints and elements each enters; takes a minute for 200 numbers."
+        ),
+    ] = False,
     settings: ModelSettings = None,
     packages: Packages = None,
     json: Json = False,
@@ -23,18 +29,33 @@ def params(
 
     Every name is an argument: set it with --set model.NAME=VALUE.
 
+    With --effect the model is expanded once more for each number, changed by a thousandth, and compared: what follows
+    it is named, and whether that acts on the machine at all.
+
     Example:  [bold]drillrig params mkz49 --assumed[/]
     """
     from drillrig_pin.model.modelfile import read_model
 
-    file = read_model(model, model_arguments(settings))
+    arguments = model_arguments(settings)
+    file = read_model(model, arguments)
     rows = [row for row in file.parameters().values() if row.assumed or not assumed]
+    entered = {}
+    if effect:
+        from drillrig_pin.model.reach import reach
+
+        with working(f"expanding the model {len(rows)} times"):
+            entered = {row.name: reach(file, row.name, model, arguments) for row in rows if row.unit != "word"}
     if json:
         print_json(
             {
                 "model": file.path,
                 "parameters": [
                     {
+                        **(
+                            {"enters": entered[row.name].acts, "idle": entered[row.name].idle}
+                            if row.name in entered
+                            else {}
+                        ),
                         **{key: getattr(row, key) for key in ("name", "value", "default", "unit", "source", "text")},
                         "assumed": row.assumed,
                         "changed": row.changed,
@@ -53,10 +74,18 @@ def params(
     cells = [
         (row.name, row.value, row.unit, marks[row.changed, row.assumed], _source(row.source, row.text)) for row in rows
     ]
-    out.print(table("", ("name", "value", "unit", "", "meaning and source"), cells, text=5))
+    if effect:
+        cells = [(*cell[:4], str(entered[cell[0]]) if cell[0] in entered else "a word, not tried") for cell in cells]
+    last = "enters" if effect else "meaning and source"
+    out.print(table("", ("name", "value", "unit", "", last), cells, text=5))
     counts = (
         f"{len(rows)} numbers, {sum(row.assumed for row in rows)} assumed, {sum(row.changed for row in rows)} changed"
     )
+    if effect:
+        idle = sum(found.none for found in entered.values())
+        counts += f"; {idle} of {len(entered)} tried act on nothing and change no result"
+    else:
+        counts += ". Which of them change no result: --effect"
     out.print(f"\n{counts}. Change one with --set model.NAME=VALUE.", markup=False)
 
 

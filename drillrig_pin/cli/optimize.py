@@ -74,7 +74,7 @@ def optimize(
     from drillrig_pin.batch.store import TABLE
     from drillrig_pin.batch.study import load_study
     from drillrig_pin.cli.optimize_words import print_optimum
-    from drillrig_pin.cli.sweep_words import progress
+    from drillrig_pin.cli.sweep_words import progress, say_idle
 
     given: dict[str, Any] = {
         "minimize": minimize,
@@ -86,6 +86,7 @@ def optimize(
     chosen = load_study(study).deciding("optimize", **given)
     require_folder(output)
     require_targets(output, [TABLE, FILE, STUDY], reads=[study], force=force)
+    say_idle(chosen)
     with progress(quiet=quiet or json) as listener:
         found = run_search(
             chosen, output, workers=workers, scheduler=scheduler, time_limit=time_limit, listener=listener

@@ -77,13 +77,14 @@ def sensitivity(
     from drillrig_pin.batch.store import TABLE
     from drillrig_pin.batch.study import load_study
     from drillrig_pin.cli.sensitivity_words import print_sensitivity
-    from drillrig_pin.cli.sweep_words import print_counts, print_interrupted, progress
+    from drillrig_pin.cli.sweep_words import print_counts, print_interrupted, progress, say_idle
 
     given = {"method": method, "metric": metric, "over": over, "seed": seed}
     given |= {"trajectories": trajectories, "samples": samples}
     chosen = load_study(study).deciding("sensitivity", **given)
     require_folder(output)
     require_targets(output, [TABLE, FILE], reads=[study], force=force)
+    say_idle(chosen)
     with progress(quiet=quiet or json) as listener:
         finished, result = run_sensitivity(
             chosen, output, workers=workers, scheduler=scheduler, time_limit=time_limit, listener=listener

@@ -22,7 +22,9 @@ from drillrig_pin.cli.guard import FAILED
 from drillrig_pin.cli.output import console, decimals, number, percent, print_json, table
 
 if TYPE_CHECKING:
+    from drillrig_pin.model.problem import Problem
     from drillrig_pin.rig import Rig
+    from drillrig_pin.scenario import Scenario
     from drillrig_pin.statics import Equilibrium
 
 
@@ -86,11 +88,13 @@ def static(
 
     Example:  [bold]drillrig static mkz49 --set model.boom_length=2.1[/]
     """
+    from drillrig_pin.check import check_document
     from drillrig_pin.simulation import start_state
 
     case = read_scenario(model, scenario, settings)
     rig = read_rig(case)
     rest = start_state(rig, case)
+    problems = _findings(rig, case)
     cylinders = _cylinders(rig, rest)
     units = {row.name: "N" if row.unit == "m" else "N m" for row in rig.rows}
     if json:
@@ -107,6 +111,7 @@ def static(
                 "reactions": dict(zip(units, rest.reaction.tolist(), strict=True)),
                 "unbalanced": dict(zip(rig.dof_names, rest.unbalanced.tolist(), strict=True)),
                 "at_rest": rest.at_rest,
+                "problems": check_document(rig.file.path, problems)["problems"],
             }
         )
         return
@@ -146,6 +151,19 @@ def static(
         out.print(
             f"\nwarning: nothing carries {', '.join(loose)} [N or N m]: the machine moves by itself.", style="yellow"
         )
+    for problem in problems:
+        # Said above in the words of this command: what nothing carries, and rows that depend on others.
+        if not any(words in problem.message for words in ("nothing carries", "redundant", "singular")):
+            style = "red" if problem.severity == "error" else "yellow"
+            out.print(str(problem), markup=False, style=style, soft_wrap=True)
+
+
+def _findings(rig: Rig, case: Scenario) -> list[Problem]:
+    """What `check` says of the numbers and of this start."""
+    from drillrig_pin.check_pose import check_start
+    from drillrig_pin.plausible import implausible
+
+    return [*implausible(rig), *check_start(rig, case)]
 
 
 def _cylinders(rig: Rig, rest: Equilibrium) -> dict[str, dict[str, Any]]:

@@ -123,11 +123,12 @@ def _carried_out(
 ) -> Finished:
     from drillrig_pin.batch.runner import parse_keep, run_study
     from drillrig_pin.batch.store import TABLE
-    from drillrig_pin.cli.sweep_words import progress
+    from drillrig_pin.cli.sweep_words import progress, say_idle
 
     parse_keep(keep)
     require_folder(output)
     require_targets(output, [TABLE], reads=reads, force=force)
+    say_idle(study)
     with progress(quiet=quiet) as listener:
         return run_study(
             study,

@@ -43,6 +43,15 @@ def progress(*, quiet: bool) -> Iterator[Listener | None]:
         yield listen
 
 
+def say_idle(study: Study) -> None:
+    """Before a study runs: which of its axes cannot change anything."""
+    from drillrig_pin.batch.idle import idle_axes
+    from drillrig_pin.cli.output import console
+
+    for words in idle_axes(study):
+        console(stderr=True).print(f"note: {words}.", markup=False, style="yellow", soft_wrap=True)
+
+
 def standing(tally: Tally) -> str:
     """One line about a study under way."""
     words = [f"{tally.done} of {tally.total} cases"]
