@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from drillrig_pin.batch.optimum import FILE, STUDY, at_bound, improvement
 from drillrig_pin.batch.ranking import short
 from drillrig_pin.batch.space import parameters
+from drillrig_pin.batch.worker import INVALID
 from drillrig_pin.cli.output import number, percent, table
 from drillrig_pin.cli.sweep_words import print_counts, print_interrupted
 from drillrig_pin.words import in_one_unit, quantity
@@ -65,7 +66,8 @@ def _print_trials(out: Console, found: Found) -> None:
     reasons: dict[str, tuple[int, Trial, Any]] = {}
     for trial in bad:
         for breach in trial.breaches[:1]:
-            key = f"breaks {breach.constraint.text}" if breach.constraint else "cannot be run"
+            void = "not valid" if any(answer.status == INVALID for answer in trial.answers) else "cannot be run"
+            key = f"breaks {breach.constraint.text}" if breach.constraint else void
             count = reasons[key][0] if key in reasons else 0
             reasons[key] = (count + 1, *reasons[key][1:]) if count else (1, trial, breach)
     for key, (count, trial, breach) in reasons.items():

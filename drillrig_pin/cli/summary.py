@@ -35,7 +35,10 @@ def print_summary(out: Console, metrics: Metrics) -> None:
     if metrics.no_hole:
         out.print(f"No hole quality: {metrics.no_hole}.", "", markup=False, soft_wrap=True)
     if metrics.cylinders:
-        out.print(_cylinders(metrics.cylinders, metrics.start_up), "")
+        out.print(_cylinders(metrics.cylinders, metrics.start_up))
+        if any(chamber.least < 0 for c in metrics.cylinders for chamber in c.chambers):
+            out.print("* below zero: no pressure, oil cannot pull", markup=False, style="red")
+        out.print()
     for line in trust_lines(metrics.trust):
         out.print(line, markup=False, style="bold")
     for warning in metrics.warnings:
@@ -170,9 +173,7 @@ def _cylinders(cylinders: tuple[CylinderRange, ...], start_up: float) -> Rendera
         for c in cylinders
     ]
     heads = ("cylinder", "chamber A", "chamber B", "relief", f"force kN{', after start-up' if start_up > 0 else ''}")
-    torn = any(chamber.least < 0 for c in cylinders for chamber in c.chambers)
-    note = "; * below zero: no pressure, oil cannot pull" if torn else ""
-    return table(f"Pressures of the whole run, bar absolute (1 bar: gas release{note})", heads, rows)
+    return table("Pressures of the whole run, bar absolute (1 bar: gas release)", heads, rows)
 
 
 def trust_lines(trust: Trust) -> list[str]:
