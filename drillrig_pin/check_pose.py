@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
-import pinocchio as pin
 
 from drillrig_pin.assembly import Assembly, assemble_state
 from drillrig_pin.dependence import singular_words
@@ -19,7 +18,7 @@ from drillrig_pin.rig import Rig
 from drillrig_pin.scenario import Scenario
 from drillrig_pin.simulation import start_configuration
 from drillrig_pin.statics import find_equilibrium
-from drillrig_pin.tree_data import make_data
+from drillrig_pin.tree import unresisted
 from drillrig_pin.words import listed
 from drillrig_pin.workspace import Workspace
 
@@ -33,10 +32,6 @@ DRIVES_SLIDE = 0.5
 COINCIDENT = 1e-6
 #: Absolute pressure [Pa] below which oil releases its air.
 GAS_RELEASE = 1e5
-#: Square root of the inertia [kg^0.5 m or kg^0.5] that a dof moves, below which it moves none.
-STILL = 1e-9
-#: Least eigenvalue of the mass matrix, scaled to ones on its diagonal, of which anything is left beside rounding.
-SINGULAR_MASS = 1e-13
 #: What to do where only the zero position can be judged.
 NO_POSE = "The model names no pose: add one, or judge the start of a scenario with drillrig check MODEL --scenario S."
 #: Gauge pressure [Pa] a chamber should at least have at rest, for what drilling takes off it.
@@ -113,15 +108,9 @@ def _limits(rig: Rig, q: Array, label: str, where: Source, *, named: bool) -> It
 
 def _without_inertia(rig: Rig, q: Array, label: str, where: Source) -> Iterator[Problem]:
     """Dofs whose acceleration the masses do not determine, e.g. a hinge through its only point mass."""
-    M = pin.crba(rig.model, make_data(rig.model), q)
-    M = np.triu(M) + np.triu(M, 1).T
-    size = np.sqrt(np.maximum(np.diag(M), 0.0))
-    still = size < STILL
-    if not still.any():
-        values, vectors = np.linalg.eigh(M / np.outer(size, size))
-        still = np.abs(vectors[:, 0]) > 0.1 if values[0] < SINGULAR_MASS else still
-    if still.any():
-        names = ", ".join(repr(name) for name, no in zip(rig.dof_names, still, strict=True) if no)
+    found = unresisted(rig.model, q)
+    if found:
+        names = ", ".join(repr(rig.dof_names[i]) for i in found)
         yield Problem(
             "error",
             f"{label}: no mass or inertia resists a motion of {names}",

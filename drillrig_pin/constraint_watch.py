@@ -24,6 +24,7 @@ from drillrig_pin.dynamics import Dynamics
 from drillrig_pin.errors import Status
 from drillrig_pin.kinematics import Array
 from drillrig_pin.stepping import StoppedError
+from drillrig_pin.tree import unresisted
 
 #: A residual [m, or 1 for a cosine] from which a run has left its constraints; on a machine below a metre as much less.
 DRIFT = 1e-3
@@ -172,7 +173,11 @@ class ConstraintWatch:
 
 def lost_words(dynamics: Dynamics) -> str:
     """The cause of a run that stops at a singular position."""
-    rows = [row.name for row in dynamics.rig.rows]
+    rig = dynamics.rig
+    still = [repr(rig.dof_names[i]) for i in unresisted(rig.model, dynamics.equilibrium.assembly.q)]
+    if still:
+        return f"no mass or inertia resists a motion of {', '.join(still)}"
+    rows = [row.name for row in rig.rows]
     return f"constraints {', '.join(rows)}" if rows else "a moving link without mass"
 
 

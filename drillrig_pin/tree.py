@@ -20,9 +20,14 @@ from drillrig_pin.model.nodes import Node
 from drillrig_pin.model.numbers import placement
 from drillrig_pin.model.problem import Problem
 from drillrig_pin.model.tree_text import child, inertial_numbers, tree_text
+from drillrig_pin.tree_data import make_data
 
 #: Share by which a mass or inertia of the loaded tree may differ from the file: rounding of a few operations.
 ROUNDING = 1e-9
+#: Square root of the inertia [kg^0.5 m or kg^0.5] that a dof moves, below which it moves none.
+STILL = 1e-9
+#: Least eigenvalue of the mass matrix, scaled to ones on its diagonal, of which anything is left beside rounding.
+SINGULAR_MASS = 1e-13
 # The stream of errors belongs to the whole process.
 _STREAM = threading.Lock()
 #: How the URDF reader below Pinocchio speaks, and the line after it that names its own source file.
@@ -72,6 +77,21 @@ def massless_joints(model: Any, file: ModelFile) -> Iterator[Problem]:
             node.source,
             "Give it its mass, or make the joint fixed.",
         )
+
+
+def unresisted(model: Any, q: Any) -> list[int]:
+    """Entries of v whose acceleration the masses do not determine in a configuration: the mass matrix is singular.
+
+    E.g. a hinge through its only point mass, or two hinges in one line with nothing between them.
+    """
+    M = pin.crba(model, make_data(model), q)
+    M = np.triu(M) + np.triu(M, 1).T
+    size = np.sqrt(np.maximum(np.diag(M), 0.0))
+    still = size < STILL
+    if not still.any():
+        values, vectors = np.linalg.eigh(M / np.outer(size, size))
+        still = np.abs(vectors[:, 0]) > 0.1 if values[0] < SINGULAR_MASS else still
+    return [int(i) for i in np.flatnonzero(still)]
 
 
 def _compare(model: Any, file: ModelFile) -> None:

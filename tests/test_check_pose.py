@@ -83,10 +83,21 @@ def test_a_four_bar_that_runs_from_its_scenario_is_no_error_there(tmp_path: Path
     assert not [p for p in check_model(path, scenario=case) if p.severity == "error"]
 
 
+HUB = robot(link("bar", 3.0, (0, 0.4, 0), (0, 0, 0)), joint("hinge", "revolute", "world", "bar", axis=(0, 1, 0)))
+
+
 def test_a_hinge_through_a_point_mass_is_named() -> None:
-    hub = robot(link("bar", 3.0, (0, 0.4, 0), (0, 0, 0)), joint("hinge", "revolute", "world", "bar", axis=(0, 1, 0)))
-    problem = next(p for p in check_text(hub, "rig.urdf") if p.severity == "error")
+    problem = next(p for p in check_text(HUB, "rig.urdf") if p.severity == "error")
     assert "no mass or inertia resists a motion of 'hinge'" in problem.message
+    beside = HUB.replace('xyz="0.0 0.4 0.0"', 'xyz="0.1 0.4 0.0"')
+    assert beside != HUB
+    assert not [p for p in check_text(beside, "rig.urdf") if p.severity == "error"]
+
+
+@pytest.mark.parametrize("engine", ["core", "python"])
+def test_a_run_that_it_stops_names_it_as_well(engine: str) -> None:
+    outcome = simulate(load_rig_text(HUB), Scenario(duration=0.01, engine=engine)).outcome
+    assert "no mass or inertia resists a motion of 'hinge'" in str(outcome)
 
 
 def test_the_cross_of_a_universal_joint_may_have_no_mass() -> None:
