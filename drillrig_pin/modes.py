@@ -46,6 +46,8 @@ def modes_of(dynamics: Dynamics, rates: Rates) -> tuple[Mode, ...]:
         J = dynamics.assemble(0.0, q, np.zeros(nv)).J
         Z = scipy.linalg.null_space(J) if space.m else np.eye(nv)
         k = Z.shape[1]
+        if k == 0:
+            return ()  # held in every direction
         states = np.tile(y, (4 * k, 1))
         for i, way in enumerate(Z.T):
             states[i, :nq] = pin.integrate(model, q, STEP * way)
@@ -55,7 +57,7 @@ def modes_of(dynamics: Dynamics, rates: Rates) -> tuple[Mode, ...]:
         a = rates(np.zeros(4 * k), states)[:, nq : nq + nv]
     except (SingularConfigurationError, np.linalg.LinAlgError):
         return ()  # the run itself will say what is wrong
-    if k == 0 or not np.isfinite(a).all():
+    if not np.isfinite(a).all():
         return ()
     K, D = ((Z.T @ (a[i : i + k] - a[i + k : i + 2 * k]).T) / (2 * STEP) for i in (0, 2 * k))
     values = np.linalg.eigvals(np.block([[np.zeros((k, k)), np.eye(k)], [K, D]]))

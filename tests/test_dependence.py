@@ -12,9 +12,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rigs import bennett, bricard, double_pendulum, floating_body, four_bar, joint, link, point, robot, slider_crank
 
-from drillrig_pin import Rig, Scenario, Status, load_rig_text, load_trajectory, simulate
+from drillrig_pin import ResultFileError, Rig, Scenario, Status, load_rig_text, load_trajectory, simulate
 from drillrig_pin.assembly import Assembly
 from drillrig_pin.check import check_text
+from drillrig_pin.cli.subject import read_subject
 from drillrig_pin.simulation import prepare
 
 ENGINES = ["core", "python"]
@@ -132,6 +133,8 @@ def test_a_run_that_starts_singular_stops_there_and_says_which_rows(
     np.testing.assert_array_equal(run.q[0], [0.0, 0.0])
     run.save(tmp_path / "start.nc")
     assert load_trajectory(tmp_path / "start.nc").outcome == run.outcome
+    with pytest.raises(ResultFileError, match="follows from the other constraint rows"):
+        read_subject(tmp_path / "start.nc")
 
 
 @pytest.mark.parametrize("engine", ENGINES)

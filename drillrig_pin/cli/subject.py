@@ -70,7 +70,8 @@ def read_subject(run: Path, **options: Any) -> Subject:
 
     trajectory = load_trajectory(run)
     if len(trajectory.time) < 2:
-        raise ResultFileError("the run holds fewer than two samples", where=run, todo="There is nothing to draw.")
+        why = f"There is nothing to draw. The run ended: {trajectory.outcome}"
+        raise ResultFileError("the run holds fewer than two samples", where=run, todo=why)
     return subject_of(trajectory, **options)
 
 

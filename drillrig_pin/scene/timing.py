@@ -49,7 +49,8 @@ def usable(trajectory: Trajectory, options: ReplayOptions) -> slice:
     last = count if options.end is None else min(count, int(np.searchsorted(time, options.end + 1e-12)))
     if last - first < 2:
         if count < 2:
-            raise ResultFileError("the run holds fewer than two samples", todo="There is nothing to replay.")
+            why = f"There is nothing to replay. The run ended: {trajectory.outcome}"
+            raise ResultFileError("the run holds fewer than two samples", todo=why)
         raise ResultFileError(
             f"fewer than two samples lie in the part asked for; the run goes from {time[0]:g} to {time[count - 1]:g} s",
             todo="Change --from and --to.",

@@ -187,7 +187,8 @@ def _subject(run: Path) -> Any:
 def _trajectory(run: Path) -> Trajectory:
     trajectory = load_trajectory(run)
     if len(trajectory.time) < 2:
-        raise ResultFileError("the run holds fewer than two samples", todo="There is nothing to draw.")
+        why = f"There is nothing to draw. The run ended: {trajectory.outcome}"
+        raise ResultFileError("the run holds fewer than two samples", todo=why)
     return trajectory
 
 
