@@ -201,6 +201,9 @@ def _turns(kind: str | None) -> bool:
 
 def _statics(rig: Rig, assembly: Assembly, label: str, where: Source) -> Iterator[Problem]:
     equilibrium = find_equilibrium(rig, assembly)
+    for words in equilibrium.sharing:
+        advice = "Check the stiffness of what shares it, or leave out what is not there when it is loaded."
+        yield Problem("warning", f"{label}: {words}", where, advice)
     loose = [
         f"{name!r} ({force:.3g})"
         for name, force in zip(rig.dof_names, equilibrium.unbalanced, strict=True)

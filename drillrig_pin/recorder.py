@@ -183,6 +183,7 @@ def _notes(equilibrium: Equilibrium) -> list[str]:
         )
     if assembly.redundant:
         notes.append("redundant constraint rows, solved with least norm: " + ", ".join(assembly.redundant))
+    notes += equilibrium.sharing
     if assembly.singular:
         notes.append(f"the start is a singular position: {singular_words(assembly.singular)}")
     elif not equilibrium.at_rest:

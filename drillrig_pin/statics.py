@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import pinocchio as pin
 
-from drillrig_pin.assembly import Assembly, least_norm
+from drillrig_pin.assembly import Assembly
 from drillrig_pin.elements.cylinder import Cylinder
 from drillrig_pin.kinematics import Array
 from drillrig_pin.rig import Rig
+from drillrig_pin.sharing import share
 from drillrig_pin.workspace import Workspace
+
+#: Part of the largest generalised weight, at least a newton, below which a spread of reactions is rounding.
+WIDE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -25,6 +29,9 @@ class Equilibrium:
         pressures: gauge pressures p_A, p_B of every cylinder [Pa], by name.
         reaction: force of the constraints on the machine per row [N or N m], as lambda of a run.
         unbalanced: what nothing carries, per dof [N or N m]; zero if the machine can rest there.
+        shared: elements that share their load by stiffness, because balance alone does not tell their forces.
+        spread: least and greatest reaction of constraint rows among which neither balance nor stiffness decides, if
+            one of them carried nothing; by row [N or N m].
     """
 
     assembly: Assembly
@@ -33,6 +40,24 @@ class Equilibrium:
     pressures: dict[str, tuple[float, float]]
     reaction: Array
     unbalanced: Array
+    shared: tuple[str, ...] = ()
+    spread: dict[str, tuple[float, float]] = field(default_factory=dict)
+
+    @property
+    def sharing(self) -> list[str]:
+        """What balance alone does not decide, in sentences without their full stop."""
+        words = []
+        if self.shared:
+            words.append(
+                f"statically indeterminate: {', '.join(self.shared)} share their load by stiffness, as if locked while "
+                "loaded; how the machine was set down may share it otherwise"
+            )
+        if self.spread:
+            rows = ", ".join(f"{name} {low:.4g} to {high:.4g}" for name, (low, high) in self.spread.items())
+            words.append(
+                f"statically indeterminate: reactions of rigid rows at rest are one choice of many [N or N m]: {rows}"
+            )
+        return words
 
     @property
     def at_rest(self) -> bool:
@@ -46,8 +71,9 @@ def find_equilibrium(rig: Rig, assembly: Assembly, space: Workspace | None = Non
     Pinocchio's g is the generalised gravity that must be carried (the sign mechanics asks for; eq. (6) of [Tram2023]
     prints the opposite). Elements whose force does not come from equilibrium (contact preload, springs with a rest
     length of their own, constant torques) act with it. Holds carry nothing as long as the other elements and the loops
-    suffice: the machine carries its own weight before its tip is pinned. Where several solutions remain, the one of
-    least norm is taken. ``space``: a workspace with all forces of the rig to use; None: one of its own.
+    suffice: the machine carries its own weight before its tip is pinned. Where several solutions remain, elements share
+    by stiffness (:mod:`drillrig_pin.sharing`). ``space``: a workspace with all forces of the rig to use; None: one of
+    its own.
     """
     space = space or Workspace(rig, rig.forces)
     placed = [(e, i) for e, i in zip(space.forces, space.index, strict=True) if not e.load]
@@ -65,24 +91,24 @@ def find_equilibrium(rig: Rig, assembly: Assembly, space: Workspace | None = Non
             needed -= space.rows[i] * np.ravel(law.force(x, np.zeros(1), 0.0))[0]
     loop = np.array([row.loop for row in rig.rows], dtype=bool)
     carriers = np.array(columns).reshape(len(columns), rig.model.nv)
-    solution = _carry(np.vstack([carriers, space.J[loop]]), needed)
-    reaction = np.zeros(space.m)
-    reaction[loop] = solution[len(columns) :]
-    rest = needed - np.vstack([carriers, space.J[loop]]).T @ solution
-    if np.abs(rest).max(initial=0.0) > 1e-6:
-        solution = _carry(np.vstack([carriers, space.J]), needed)
-        reaction = solution[len(columns) :]
-        rest = needed - np.vstack([carriers, space.J]).T @ solution
     holding = [element for element, _ in placed if element.holding]
-    held = {element.name: float(F) for element, F in zip(holding, solution, strict=False)}
+    stiffness = np.array([element.hold_stiffness(x0[element.name]) for element in holding])
+    shares = share(carriers, stiffness, space.J[loop], needed)
+    forces, reaction, spread = shares.elastic, np.zeros(space.m), np.zeros((space.m, 2))
+    reaction[loop], spread[loop] = shares.rigid, shares.spread
+    rest = needed - carriers.T @ forces - space.J.T @ reaction
+    if np.abs(rest).max(initial=0.0) > 1e-6:
+        shares = share(carriers, stiffness, space.J, needed)
+        forces, reaction, spread = shares.elastic, shares.rigid, shares.spread
+        rest = needed - carriers.T @ forces - space.J.T @ reaction
+    held = {element.name: float(F) for element, F in zip(holding, forces, strict=True)}
     pressures = {
         element.name: element.rest_pressures(held[element.name]) for element in holding if isinstance(element, Cylinder)
     }
-    return Equilibrium(assembly, x0, held, pressures, reaction, rest)
-
-
-def _carry(rows: Array, needed: Array) -> Array:
-    """Least-norm forces with rows^T F nearest to ``needed``."""
-    if not len(rows):
-        return np.zeros(0)
-    return least_norm(rows.T, needed)
+    shared = tuple(element.name for element, part in zip(holding, shares.shared, strict=True) if part)
+    wide = {
+        row.name: (float(low), float(high))
+        for row, (low, high) in zip(rig.rows, spread, strict=True)
+        if high - low > WIDE * max(1.0, float(np.abs(needed).max(initial=0.0)))
+    }
+    return Equilibrium(assembly, x0, held, pressures, reaction, rest, shared, wide)

@@ -27,7 +27,7 @@ LAYERS: list[tuple[str, ...]] = [
     ("workspace", "joint_limits", "plausible"),
     ("dependence",),
     ("assembly",),
-    ("statics", "stabilization"),
+    ("sharing", "statics", "stabilization"),
     ("dynamics", "scenario", "stepping"),
     ("constraint_watch", "integrators", "core", "trajectory", "older", "columns"),
     ("validity",),

@@ -51,7 +51,7 @@ def test_the_beam_then_stays_at_rest() -> None:
     np.testing.assert_allclose(run.pressure_b, 2e6, rtol=1e-9)
 
 
-def test_two_cylinders_on_one_joint_share_with_the_least_norm() -> None:
+def test_two_cylinders_on_one_joint_share_by_stiffness() -> None:
     second = (
         point("pin_c", "world", (0.1, 0.0, -0.6))
         + point("pin_d", "beam", (0.4, 0, 0))
@@ -59,8 +59,15 @@ def test_two_cylinders_on_one_joint_share_with_the_least_norm() -> None:
     )
     result = equilibrium(lever(second))
     arms = np.array([0.25 * 0.6 / np.hypot(0.25, 0.6), 0.4 * 0.6 / np.hypot(0.3, 0.6)])
-    # Of all pairs with sum(arm F) = M the one of least norm is proportional to the arms.
-    expected = 120.0 * G * arms / (arms @ arms)
+
+    # Locked while loaded, the beam sinks by phi and each cylinder gives way by arm phi: F = k arm phi, sum(arm F) = M.
+    # Both are of one kind; lengths 0.65 m and sqrt(0.3^2 + 0.6^2) tell their oil columns.
+    def stiffness(length: float) -> float:
+        piston, rod, l_A = np.pi * 0.063**2 / 4, np.pi * 0.030**2 / 4, length - 0.472
+        return 2.85e9 * (piston / l_A + (piston - rod) / (0.372 - l_A))
+
+    pulled = arms * [stiffness(np.hypot(0.25, 0.6)), stiffness(np.hypot(0.3, 0.6))]
+    expected = 120.0 * G * pulled / (arms @ pulled)
     np.testing.assert_allclose([result.held["oil"], result.held["second"]], expected, rtol=1e-12)
 
 

@@ -110,6 +110,8 @@ def static(
                 "elements": {name: {"held": force, "coordinate": rest.x0[name]} for name, force in _others(rig, rest)},
                 "reactions": dict(zip(units, rest.reaction.tolist(), strict=True)),
                 "unbalanced": dict(zip(rig.dof_names, rest.unbalanced.tolist(), strict=True)),
+                "shared_by_stiffness": list(rest.shared),
+                "indeterminate_reactions": rest.spread,
                 "at_rest": rest.at_rest,
                 "problems": check_document(rig.file.path, problems)["problems"],
             }
@@ -117,8 +119,8 @@ def static(
         return
     out = console()
     out.print(f"[bold]{case.name}[/] at rest, {rig.file.path}")
-    for line in _moved(rest):
-        out.print(line, markup=False)
+    for line in (*_moved(rest), *rest.sharing):
+        out.print(line, markup=False, soft_wrap=True)
     if cylinders:
         rows = [
             (

@@ -70,6 +70,10 @@ class Law:
         return cls(**{name: np.array([getattr(law, name) for law in laws]) for name in names})
 
 
+#: Stiffness that counts as positive [N/m or N m/rad].
+STIFFNESS_LEAST = 1e-12
+
+
 class Resolver(Protocol):
     """Turns the names of a model file into anchors; raises ModelError with the legal names."""
 
@@ -129,6 +133,16 @@ class Element(BaseModel):
             held: static force the element carries there [N or N m]; 0 unless ``holding``.
         """
         raise NotImplementedError
+
+    def hold_stiffness(self, x0: float) -> float:
+        """k = -dF/dx at the start [N/m or N m/rad], by which ``holding`` elements share what balance leaves open.
+
+        Here the slope of the bound law by central differences; override it where it is known.
+        """
+        h = 1e-6 * max(1e-3, abs(x0))
+        law, zero = self.bind(x0, 0.0), np.zeros(1)
+        low, high = (float(np.ravel(law.force(np.array([x]), zero, 0.0))[0]) for x in (x0 - h, x0 + h))
+        return max((low - high) / (2.0 * h), STIFFNESS_LEAST)
 
 
 class PluginElement(Element, Law):

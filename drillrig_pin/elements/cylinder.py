@@ -192,6 +192,11 @@ class Cylinder(Element):
             return (held + p * S_B) / S_A, p
         return p, (p * S_A - held) / S_B
 
+    def hold_stiffness(self, x0: float) -> float:
+        """E0 (S_A / l_A + S_B / l_B) of the oil locked at length x0 [N/m]; chambers of 1 mm at least."""
+        l_A = min(max(x0 - self.length_retracted, 1e-3), self.stroke - 1e-3)
+        return self.bulk_modulus * (self.piston_area / l_A + self.annulus_area / (self.stroke - l_A))
+
     def bind(self, x0: float, held: float) -> LockedOil:
         """Shut the valves at length x0 while the cylinder carries ``held``."""
         p_A0, p_B0 = self.rest_pressures(held)

@@ -82,6 +82,10 @@ class JointSpring(Element):
         """The joint's own coordinate."""
         return resolver.joint(self.joint)
 
+    def hold_stiffness(self, x0: float) -> float:
+        """Of the spring [N/m or N m/rad]."""
+        return self.stiffness
+
     def bind(self, x0: float, held: float) -> SpringDamper:
         """Relaxed at x0 up to the static moment, or at the given position."""
         return SpringDamper(x0 if self.rest == "initial" else float(self.rest), held, self.stiffness, self.damping)
@@ -106,6 +110,10 @@ class Spring(Element):
     def coordinate(self, resolver: Resolver) -> Coordinate:
         """Distance of the two points."""
         return Line(resolver.point(self.start), resolver.point(self.end))
+
+    def hold_stiffness(self, x0: float) -> float:
+        """Of the spring [N/m or N m/rad]."""
+        return self.stiffness
 
     def bind(self, x0: float, held: float) -> SpringDamper:
         """Relaxed at x0 up to the static force, or at the given length."""
