@@ -20,7 +20,7 @@ function verdict(record, found, numbers) {
   const silent = level === "bad" && !told.length;
   return h("section", {"aria-labelledby": "verdict-title"},
     h("h2", {id: "verdict-title"}, t("result.verdict")),
-    h("p", {class: `headline ${level}`}, t(`headline.${found.valid ? level : "invalid"}`)),
+    h("p", {class: `headline ${level}`}, t(`headline.${found.valid === false ? "invalid" : level}`)),
     told.length ? h("ul", {class: "watch"}, told.map(({level: its, words}) => h("li", {}, h("span", {class: `badge ${its}`}, t(`level.${its}`)), words))) : null,
     cards(keyNumbers(numbers)),
     trust(found, numbers),
