@@ -27,9 +27,9 @@ class CompiledRig:
         Right-hand sides at times (k) and states (k, size), into rates (k, size); true if one is singular.
         """
 
-    def run(self, y0: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], method: int, step: float, rtol: float, atol: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], relative: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], max_step: float, projection: bool, stops: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], ends: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], starts: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], kept: Annotated[NDArray[numpy.uint8], dict(order='C', device='cpu')], breaks: Annotated[NDArray[numpy.uint8], dict(order='C', device='cpu')], arrays: Sequence[Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')] | None], law: object | None = None, switches: object | None = None, beat: object | None = None) -> tuple:
+    def run(self, y0: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], method: int, step: float, rtol: float, atol: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], relative: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], max_step: float, projection: bool, times: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], ends: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], starts: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], stops: Annotated[NDArray[numpy.uint8], dict(order='C', device='cpu')], breaks: Annotated[NDArray[numpy.uint8], dict(order='C', device='cpu')], arrays: Sequence[Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')] | None], law: object | None = None, switches: object | None = None, beat: object | None = None) -> tuple:
         """
-        Integrate from stops[0] to stops[-1]; fills the arrays; returns (error, status, time, samples, steps, evaluations, switches, last state).
+        Integrate from times[0] to times[-1]; fills a row of the arrays for each; returns (error, status, time, rows, steps, evaluations, switches, last state, further rows).
         """
 
     def time_rate(self, t: float, y: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], calls: int) -> tuple[float, float]:

@@ -21,7 +21,7 @@ from drillrig_pin.elements.springs import ConstantForce, SpringDamper
 from drillrig_pin.errors import EngineError, SingularConfigurationError, Status
 from drillrig_pin.kinematics import Anchor, Array
 from drillrig_pin.scenario import CORE_METHODS
-from drillrig_pin.stepping import Settings, stops_of
+from drillrig_pin.stepping import Plan, Settings
 
 try:
     from drillrig_pin._drillrig import PINOCCHIO_VERSION, CompiledRig, CompiledTree
@@ -78,17 +78,21 @@ STATUS: tuple[tuple[Status, str], ...] = (
 
 
 class Report(NamedTuple):
-    """How a compiled run ended: the exception to raise, if any, status, cause, and what it cost."""
+    """How a compiled run ended: the exception to raise, if any, status, cause, and what it cost.
+
+    ``rows`` of the plan were filled; ``extra`` holds further rows, all arrays of a row behind one another.
+    """
 
     error: BaseException | None
     status: Status
     cause: str
     time: float
-    samples: int
+    rows: int
     steps: int
     evaluations: int
     switches: int
     state: Array
+    extra: Array
 
 
 class CompiledDynamics:
@@ -144,14 +148,11 @@ class CompiledDynamics:
         values = self._laws[index].switches(np.array([x]), np.array([x_dot]))
         return [] if values is None else np.ravel(values).tolist()
 
-    def run(
-        self, y0: Array, settings: Settings, samples: Array, arrays: list[Array], progress: Progress | None
-    ) -> Report:
-        """Integrate over the samples into the given arrays, with the GIL released.
+    def run(self, y0: Array, settings: Settings, plan: Plan, arrays: list[Array], progress: Progress | None) -> Report:
+        """Integrate over the rows of the plan into the given arrays, with the GIL released.
 
         Ctrl-C and errors of a callback stop the run within about 50 ms; what was computed stays in the arrays.
         """
-        stops = stops_of(samples, self.dynamics.breakpoints(), self.dynamics.jumps())
         error, status, *rest = self.rig.run(
             y0=y0,
             method=CORE_METHODS.index(settings.method),
@@ -161,11 +162,11 @@ class CompiledDynamics:
             relative=settings.relative,
             max_step=settings.max_step if np.isfinite(settings.max_step) else 0.0,
             projection=settings.projection,
-            stops=stops.time,
-            ends=stops.ends,
-            starts=stops.starts,
-            kept=stops.samples.astype(np.uint8),
-            breaks=stops.breaks.astype(np.uint8),
+            times=plan.times,
+            ends=plan.ends,
+            starts=plan.starts,
+            stops=plan.stops.astype(np.uint8),
+            breaks=plan.breaks.astype(np.uint8),
             arrays=arrays,
             law=self._callback,
             switches=self._switches,

@@ -107,6 +107,7 @@ class Dynamics:
         self.equations: Equations
         self.a = np.zeros(rig.model.nv)
         self.multipliers = np.zeros(self.space.m)
+        self._responding = np.array([not e.load for e in self.forces], dtype=bool)
         self._simple = velocity_map_is_identity(rig.model)
         self._nq, self._nv = rig.model.nq, rig.model.nv
         self._kkt = np.zeros((self._nv + self.space.m,) * 2, order="F")
@@ -227,6 +228,10 @@ class Dynamics:
         x_dot = self.space.rows @ y[nq:end]
         values = [group.law.switches(self.x[group.where], x_dot[group.where]) for group in self.groups]
         return np.concatenate([value for value in values if value is not None] or [np.zeros(0)])
+
+    def responses(self) -> Array:
+        """Forces of all elements that are no loads, at the state last evaluated [N or N m]."""
+        return np.asarray(self.F[self._responding])
 
     @property
     def switching(self) -> bool:

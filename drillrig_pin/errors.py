@@ -67,6 +67,13 @@ class ScenarioError(DrillrigError):
     """The scenario is not valid, or does not fit the model."""
 
 
+class ResultSizeError(ScenarioError):
+    """The result would not fit the memory there is: ``needed`` and ``available`` bytes."""
+
+    needed: float = 0.0
+    available: float = 0.0
+
+
 class FieldError(ScenarioError):
     """A field of a scenario or a study is not valid; ``way`` leads to it: keys and positions from the outside in."""
 

@@ -1,13 +1,13 @@
 """Step through time: SciPy's integrators and a fixed-step RK4 behind one loop.
 
-Every sample is the end of an accepted step (one-step methods) or a value of the integrator's own interpolant (LSODA).
-Breakpoints of the laws and their switches always end a step, so no kink of a load or contact is stepped over.
+Stops of the plan, breakpoints of the laws among them, and switches of the laws end a step, so no kink of a load or
+contact is stepped over. Rows between stops lie inside a step, which does not depend on them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from scipy.integrate import DOP853, LSODA, DenseOutput, OdeSolver, Radau
@@ -15,8 +15,9 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
 from drillrig_pin.errors import Status
+from drillrig_pin.inside import Inside, Kind, State, System
 from drillrig_pin.kinematics import Array
-from drillrig_pin.stepping import Counter, Settings, StoppedError, Stops
+from drillrig_pin.stepping import Counter, Plan, Settings, StoppedError
 
 #: Points inside a step at which switching functions are looked at, as fractions: a short contact is not missed.
 LOOKS = (0.25, 0.5, 0.75, 1.0)
@@ -27,19 +28,6 @@ SWITCH_TIME = 1e-13
 
 #: Takes in an integrator behind an accepted step.
 Look = Callable[[Any], None]
-
-
-class System(Protocol):
-    """What can be integrated."""
-
-    def rate(self, t: float, y: Array) -> Array:
-        """dy/dt."""
-
-    def project(self, y: Array) -> Array:
-        """y put back onto its constraints."""
-
-    def switches(self, y: Array) -> Array:
-        """Functions whose sign changes mark a kink."""
 
 
 class RK4(OdeSolver):  # type: ignore[misc]
@@ -77,14 +65,16 @@ class RK4(OdeSolver):  # type: ignore[misc]
 
 
 def integrate(
-    system: System, y0: Array, stops: Stops, settings: Settings, counter: Counter, look: Look = lambda solver: None
-) -> Iterator[tuple[float, Array]]:
-    """Yield (t, y) at every sample; ``system.rate(t, y)`` was then the last thing evaluated, behind any jump.
+    system: System, y0: Array, plan: Plan, settings: Settings, counter: Counter, look: Look = lambda solver: None
+) -> Iterator[State]:
+    """Yield (kind, t, y) at every row; ``system.rate(t, y)`` was then the last thing evaluated, behind any jump.
+
+    Planned rows come in order; further ones, where a law switches, behind those of the step they belong to.
 
     Args:
         system: right-hand side, projection, switches.
-        y0: state at the first stop.
-        stops: samples and further times at which a step must end.
+        y0: state at the first row.
+        plan: rows, and at which of them a step must end.
         settings: method and tolerances.
         counter: counts accepted steps and evaluations.
         look: called behind every accepted step with SciPy's integrator; ``system.rate`` was evaluated at its end and
@@ -93,11 +83,11 @@ def integrate(
     Raises:
         StoppedError: tolerance not reachable, or the state is no longer finite.
     """
-    start = float(stops.time[0])
+    start = float(plan.times[0])
     system.rate(start, y0)
-    yield start, y0
+    yield Kind.ROW, start, y0
     march = _multistep if settings.method == "LSODA" else _one_step
-    yield from march(system, y0, stops, settings, counter, look)
+    yield from march(system, y0, plan, settings, counter, look)
 
 
 def _solver(system: System, t: float, y: Array, bound: float, settings: Settings, first: float | None = None) -> Any:
@@ -135,11 +125,17 @@ def _advance(solver: Any, counter: Counter) -> None:
 
 
 def _one_step(
-    system: System, y0: Array, stops: Stops, settings: Settings, counter: Counter, look: Look
-) -> Iterator[tuple[float, Array]]:
+    system: System, y0: Array, plan: Plan, settings: Settings, counter: Counter, look: Look
+) -> Iterator[State]:
     watch = _Watch(system, y0)
-    solver = _solver(system, float(stops.time[0]), y0, float(stops.ends[1]), settings)
-    for time, stop, start, sampled in _each(stops):
+    system.rate(plan.times[0], y0)
+    inside = Inside(
+        system, plan, settings, counter, watch.active, lambda t, y, bound, h: _solver(system, t, y, bound, settings, h)
+    )
+    at = np.flatnonzero(plan.stops)
+    columns = (plan.times[at], plan.ends[at], plan.starts[at])
+    solver = _solver(system, float(columns[0][0]), y0, float(columns[1][1]), settings)
+    for time, stop, start in zip(*(column[1:].tolist() for column in columns), strict=True):
         solver.t_bound, solver.status = stop, "running" if solver.t < stop else "finished"
         while solver.status == "running":
             t_old, y_old = solver.t, solver.y
@@ -152,6 +148,7 @@ def _one_step(
                     _advance(solver, counter)
                     system.rate(solver.t, solver.y)
                     look(solver)
+                    yield from inside.rows(solver, stopped=False)
                 y = system.project(solver.y) if settings.projection else solver.y
                 solver = _solver(system, event, y, stop, settings)
                 watch.settle()
@@ -164,26 +161,25 @@ def _one_step(
             elif settings.method == "Radau" or watch.active:
                 system.rate(solver.t, solver.y)
             look(solver)
+            yield from inside.rows(solver, solver.status == "finished")
         if start > stop:
             # The length of the last step is a good first guess behind a jump, and is tried like any other.
-            first, last = getattr(solver, "h_abs", None), stops.ends[-1]
+            first, last = getattr(solver, "h_abs", None), plan.ends[-1]
             solver = _solver(system, start, solver.y, max(last, start), settings, first=first)
-        if sampled:
-            if start > stop:
-                system.rate(solver.t, solver.y)
-            yield time, solver.y
+            system.rate(solver.t, solver.y)
+        yield inside.at_stop(time, solver.y)
 
 
 def _multistep(
-    system: System, y0: Array, stops: Stops, settings: Settings, counter: Counter, look: Look
-) -> Iterator[tuple[float, Array]]:
+    system: System, y0: Array, plan: Plan, settings: Settings, counter: Counter, look: Look
+) -> Iterator[State]:
     watch = _Watch(system, y0)
-    samples = stops.time[stops.samples]
+    samples = plan.times
     t, y, next_sample = float(samples[0]), y0, 1
-    # Samples lie on the interpolant: only a break ends its steps.
-    ends = stops.breaks.copy()
+    # Rows lie on the interpolant: only a break ends its steps.
+    ends = plan.breaks.copy()
     ends[-1] = True
-    for bound, start in zip(stops.ends[1:][ends[1:]].tolist(), stops.starts[1:][ends[1:]].tolist(), strict=True):
+    for bound, start in zip(plan.ends[1:][ends[1:]].tolist(), plan.starts[1:][ends[1:]].tolist(), strict=True):
         solver = _solver(system, t, y, bound, settings)
         while solver.status == "running" and solver.t < bound:
             t_old = solver.t
@@ -198,7 +194,7 @@ def _multistep(
                 t = float(samples[next_sample])
                 y = curve(t) if t < solver.t else solver.y
                 system.rate(t, y)
-                yield t, y
+                yield Kind.ROW, t, y
                 next_sample += 1
             if event is not None and t_old < event < solver.t:
                 # The history before a switch says nothing about what comes behind it.
@@ -208,14 +204,8 @@ def _multistep(
         t, y = (start if start > bound else float(solver.t)), solver.y
         if start > bound and next_sample < len(samples) and samples[next_sample] <= start:
             system.rate(t, y)
-            yield float(samples[next_sample]), y
+            yield Kind.ROW, float(samples[next_sample]), y
             next_sample += 1
-
-
-def _each(stops: Stops) -> Iterator[tuple[float, float, float, bool]]:
-    """Time, end, start and whether it is a sample, of every stop but the first."""
-    columns = (stops.time, stops.ends, stops.starts, stops.samples)
-    return zip(*(column[1:].tolist() for column in columns), strict=True)
 
 
 class _Watch:

@@ -12,13 +12,14 @@ from drillrig_pin.constraint_watch import ConstraintWatch, left_words, lost_word
 from drillrig_pin.dynamics import Dynamics
 from drillrig_pin.elements.cylinder import Cylinder
 from drillrig_pin.errors import Status
+from drillrig_pin.inside import Kind
 from drillrig_pin.kinematics import Array
 from drillrig_pin.recorder import Recorder
-from drillrig_pin.stepping import Counter, Settings, StoppedError, stops_of
+from drillrig_pin.stepping import Counter, Settings, StoppedError
 
 Progress = Callable[[float], None]
-#: Integrates over the samples into the recorder; StoppedError if it cannot go on.
-March = Callable[[Settings, Array, Recorder, Counter, Progress | None], None]
+#: Integrates over the rows planned by the recorder, and into it; StoppedError if it cannot go on.
+March = Callable[[Settings, Recorder, Counter, Progress | None], None]
 #: dy/dt (k, size) at times (k) and states (k, size).
 Rates = Callable[[Array, Array], Array]
 
@@ -26,23 +27,21 @@ Rates = Callable[[Array, Array], Array]
 def march_python(dynamics: Dynamics) -> tuple[March, Rates]:
     """A bound rig in Python, to be marched and to be looked at."""
 
-    def march(
-        settings: Settings, samples: Array, recorder: Recorder, counter: Counter, progress: Progress | None
-    ) -> None:
+    def march(settings: Settings, recorder: Recorder, counter: Counter, progress: Progress | None) -> None:
         # SciPy's integrators take a third of a second to import, which a run in the core need not wait for.
         from drillrig_pin.integrators import integrate
 
         watch = ConstraintWatch(dynamics, settings.rtol)
-        every = max(1, len(samples) // 200)
+        plan = recorder.plan
+        every = max(1, len(plan.times) // 200)
         with np.errstate(all="ignore"):
             start = dynamics.initial()
-            watch.begin(float(samples[0]), start, dynamics.rate(float(samples[0]), start))
-            stops = stops_of(samples, dynamics.breakpoints(), dynamics.jumps())
-            for t, y in integrate(dynamics, start, stops, settings, counter, watch.step):
-                broken = broken_cylinder(dynamics)
+            watch.begin(float(plan.times[0]), start, dynamics.rate(float(plan.times[0]), start))
+            for kind, t, y in integrate(dynamics, start, plan, settings, counter, watch.step):
+                broken = broken_cylinder(dynamics) if kind is not Kind.EXTRA else ""
                 if broken:
                     raise StoppedError(Status.DIVERGED, t, broken, y)
-                recorder.record(t, y)
+                recorder.record(t, y, extra=kind is Kind.EXTRA)
                 if progress is not None and recorder.count % every == 0:
                     progress(t)
 
@@ -59,11 +58,10 @@ def march_core(dynamics: Dynamics) -> tuple[March, Rates]:
 
     compiled = CompiledDynamics(dynamics)
 
-    def march(
-        settings: Settings, samples: Array, recorder: Recorder, counter: Counter, progress: Progress | None
-    ) -> None:
-        report = compiled.run(dynamics.initial(), settings, samples, recorder.arrays(), progress)
-        recorder.count = report.samples
+    def march(settings: Settings, recorder: Recorder, counter: Counter, progress: Progress | None) -> None:
+        report = compiled.run(dynamics.initial(), settings, recorder.plan, recorder.arrays(), progress)
+        recorder.count = report.rows
+        recorder.extra.append(report.extra)
         counter.steps, counter.evaluations, counter.switches = report.steps, report.evaluations, report.switches
         if report.error is not None:
             raise report.error

@@ -1,8 +1,10 @@
-"""Collect what the equations knew at every sample, and turn it into a trajectory."""
+"""Collect what the equations knew at every row, and turn it into a trajectory."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -15,9 +17,11 @@ from drillrig_pin.errors import Outcome
 from drillrig_pin.joint_limits import outside_limits
 from drillrig_pin.kinematics import Array
 from drillrig_pin.plausible import implausible_words
+from drillrig_pin.sampling import load_frequencies
 from drillrig_pin.scenario import Scenario
 from drillrig_pin.statics import Equilibrium
-from drillrig_pin.trajectory import Trajectory
+from drillrig_pin.stepping import Flags, Plan
+from drillrig_pin.trajectory import Kept, Trajectory
 from drillrig_pin.validity import looked_at
 
 #: A change of the initial velocity [rad/s, m/s] that is more than rounding.
@@ -25,81 +29,99 @@ NOTICED = 1e-9
 
 
 class Recorder:
-    """Rows of every variable, filled sample by sample."""
+    """Rows of every variable, filled row by row.
 
-    def __init__(self, dynamics: Dynamics, samples: Array, engine: str, method: str) -> None:
+    Attributes:
+        plan: the rows to be filled.
+        count: rows filled so far.
+        extra: further rows, all arrays of a row behind one another: any number of rows in each entry.
+    """
+
+    def __init__(self, dynamics: Dynamics, plan: Plan, engine: str, method: str) -> None:
         model, space = dynamics.rig.model, dynamics.space
-        n = len(samples)
-        self.dynamics, self.count = dynamics, 0
+        n = len(plan.times)
+        self.dynamics, self.plan, self.count = dynamics, plan, 0
+        self.extra: list[Array] = []
         self.engine, self.method = engine, method
-        self._time = np.zeros(n)
-        self._q, self._v, self._a = np.zeros((n, model.nq)), np.zeros((n, model.nv)), np.zeros((n, model.nv))
-        self._work = np.zeros((n, 2))
-        self._reaction, self._f, self._f_dot = (np.zeros((n, space.m)) for _ in range(3))
-        self._x, self._F = (np.zeros((n, len(dynamics.forces))) for _ in range(2))
-        self._points = np.zeros((n, *space.points().shape))
-        self._energy = np.zeros((n, 2))
+        self._shapes: list[tuple[int, ...]] = [
+            *((), (model.nq,), (model.nv,), (model.nv,), (2,), (space.m,), (space.m,), (space.m,)),
+            *((len(dynamics.forces),), (len(dynamics.forces),), space.points().shape, (2,)),
+        ]
+        self._arrays = [np.zeros((n, *shape)) for shape in self._shapes]
 
     @property
     def last_time(self) -> float:
-        """Time of the last sample."""
-        return float(self._time[self.count - 1]) if self.count else 0.0
+        """Time of the last row."""
+        return float(self._arrays[0][self.count - 1]) if self.count else 0.0
 
     def arrays(self) -> list[Array]:
-        """The arrays themselves, in the order the compiled core fills them."""
-        return [
-            self._time,
-            self._q,
-            self._v,
-            self._a,
-            self._work,
-            self._reaction,
-            self._f,
-            self._f_dot,
-            self._x,
-            self._F,
-            self._points,
-            self._energy,
-        ]
+        """The arrays themselves, in the order the compiled core fills them.
 
-    def record(self, t: float, y: Array) -> None:
-        """Take over the state last evaluated by the dynamics, which is y at time t."""
-        i, dynamics = self.count, self.dynamics
+        time, q, v, a, work, reaction, f, f_dot, x, F, points, energy.
+        """
+        return self._arrays
+
+    def record(self, t: float, y: Array, *, extra: bool = False) -> None:
+        """Take over the state last evaluated by the dynamics, y at time t, as the next row or a further one."""
+        dynamics = self.dynamics
         model, space, equations = dynamics.rig.model, dynamics.space, dynamics.equations
         nq, end = model.nq, model.nq + model.nv
         q, v = y[:nq], y[nq:end]
-        self._time[i] = t
-        self._q[i], self._v[i], self._work[i] = q, v, y[end:]
-        self._a[i], self._reaction[i] = dynamics.a, dynamics.multipliers
-        self._f[i], self._f_dot[i] = equations.f, equations.f_dot
-        self._x[i], self._F[i] = dynamics.x, dynamics.F
-        self._points[i] = space.points()
-        self._energy[i] = 0.5 * (v @ equations.M @ v), pin.computePotentialEnergy(model, space.kinematics.data, q)
-        self.count = i + 1
+        energy = 0.5 * (v @ equations.M @ v), pin.computePotentialEnergy(model, space.kinematics.data, q)
+        row: tuple[Any, ...] = (
+            *(t, q, v, dynamics.a, y[end:], dynamics.multipliers, equations.f, equations.f_dot),
+            *(dynamics.x, dynamics.F, space.points(), energy),
+        )
+        if extra:
+            self.extra.append(np.concatenate([np.ravel(value) for value in row]))
+            return
+        for array, value in zip(self._arrays, row, strict=True):
+            array[self.count] = value
+        self.count += 1
+
+    def _rows(self) -> tuple[list[Array], Flags, Flags]:
+        """All arrays in order of time, and which of their rows were asked for and which belong to the record."""
+        n = self.count
+        asked, kept = self.plan.asked[:n], self.plan.kept[:n]
+        arrays = [array[:n] for array in self._arrays]
+        further = np.concatenate([np.zeros(0), *self.extra])
+        if not len(further):
+            return arrays, asked, kept
+        widths = [int(np.prod(shape)) for shape in self._shapes]
+        further = further.reshape(-1, sum(widths))
+        asked = np.concatenate([asked, np.zeros(len(further), bool)])
+        kept = np.concatenate([kept, np.ones(len(further), bool)])
+        order = np.argsort(np.concatenate([arrays[0], further[:, 0]]), kind="stable")
+        columns = np.split(further, np.cumsum(widths)[:-1], axis=1)
+        arrays = [
+            np.concatenate([array, column.reshape(len(further), *shape)])[order]
+            for array, column, shape in zip(arrays, columns, self._shapes, strict=True)
+        ]
+        return arrays, asked[order], kept[order]
 
     def trajectory(self, outcome: Outcome, scenario: Scenario, cost: dict[str, float]) -> Trajectory:
-        """All samples recorded so far."""
-        dynamics, n = self.dynamics, self.count
+        """All rows recorded so far."""
+        dynamics = self.dynamics
+        (time, q, v, a, work, reaction, f, f_dot, x, F, points, energy), asked, kept = self._rows()
         rig, forces, index = dynamics.rig, dynamics.forces, dynamics.space.index
-        x, F, points = self._x[:n], self._F[:n], self._points[:n]
         cylinders = [i for i, e in enumerate(forces) if isinstance(e, Cylinder)]
         loads = [i for i, e in enumerate(forces) if e.load]
         others = [i for i, e in enumerate(forces) if i not in cylinders and not e.load]
         oil = _Oil(dynamics.groups, x, cylinders)
-        outcome = looked_at(outcome, dynamics.groups, forces, self._time[:n], x)
+        outcome = looked_at(outcome, dynamics.groups, forces, time[kept], x[kept])
         arrays = Arrays(
             {
-                "q": self._q[:n],
-                "v": self._v[:n],
-                "a": self._a[:n],
-                "reaction": self._reaction[:n],
-                "constraint_error": self._f[:n],
-                "constraint_rate": self._f_dot[:n],
+                "q": q,
+                "v": v,
+                "a": a,
+                "reaction": reaction,
+                "constraint_error": f,
+                "constraint_rate": f_dot,
                 "point_position": points,
-                "energy_kinetic": self._energy[:n, 0],
-                "energy_potential": self._energy[:n, 1],
-                "work_input": self._work[:n, 0],
-                "work_dissipated": self._work[:n, 1],
+                "energy_kinetic": energy[:, 0],
+                "energy_potential": energy[:, 1],
+                "work_input": work[:, 0],
+                "work_dissipated": work[:, 1],
             },
             {
                 ("cylinder_length", "cylinder_force"): lambda: (x[:, index[cylinders]], F[:, index[cylinders]]),
@@ -126,8 +148,28 @@ class Recorder:
         added = tuple(repr(element) for element in forces if element.name not in rig.sources)
         file = rig.file
         origin = (file.text, dict(file.arguments), cost, notes, added, self.engine, self.method)
-        folder = str(file.folder or "")
-        return Trajectory(self._time[:n], arrays, labels, outcome, scenario, *origin, folder=folder)
+        frequencies = load_frequencies(dynamics)
+        highest = float(frequencies[-1]) if len(frequencies) else 0.0
+        samples, record = Kept(time, arrays), None
+        if not np.array_equal(asked, kept):
+            samples, record = _selected(samples, asked), _selected(samples, kept)
+        run = Trajectory(samples.time, samples.arrays, labels, outcome, scenario, *origin)
+        return replace(run, kept=record, load_frequency=highest, folder=str(file.folder or ""))
+
+
+def _selected(rows: Kept, flags: Flags) -> Kept:
+    """Some of the rows: themselves if all, a view if every k-th, else copied one variable at a time when asked for."""
+    where: Any = np.flatnonzero(flags)
+    if len(where) == len(flags):
+        return rows
+    strides = np.unique(np.diff(where))
+    if len(strides) == 1:
+        where = slice(int(where[0]), int(where[-1]) + 1, int(strides[0]))
+
+    def column(name: str) -> Callable[[], tuple[Array]]:
+        return lambda: (rows.arrays[name][where],)
+
+    return Kept(rows.time[where], Arrays({}, {(name,): column(name) for name in rows.arrays}))
 
 
 class _Oil:

@@ -25,12 +25,12 @@ from drillrig_pin.errors import (
     Status,
     legal_names,
 )
-from drillrig_pin.kinematics import Array
 from drillrig_pin.marching import broken_cylinder, march_core, march_python
 from drillrig_pin.methods import engine_of, method_of
 from drillrig_pin.modes import modes_of
 from drillrig_pin.recorder import Recorder
 from drillrig_pin.rig import Rig
+from drillrig_pin.sampling import longest_step, plan_rows, require_memory
 from drillrig_pin.scenario import Scenario
 from drillrig_pin.stabilization import Baumgarte, Correction, NoCorrection, SlidingMode, default_rate
 from drillrig_pin.statics import Equilibrium, find_equilibrium
@@ -58,6 +58,7 @@ def simulate(rig: Rig, scenario: Scenario | None = None, progress: Progress | No
     Raises:
         ScenarioError: the scenario does not fit the rig.
         AssemblyError: the constraints cannot be closed, or a cylinder starts outside its stroke.
+        ResultSizeError: the result would not fit the memory there is.
     """
     return Case(rig, scenario or Scenario()).run(progress)
 
@@ -103,12 +104,13 @@ class Case:
         self.method = method_of(scenario, self.engine, self.dynamics, rates)
         self.modes = modes_of(self.dynamics, rates)
         self._settings = _settings(self.dynamics, scenario, self.method)
-        self._samples = sample_times(scenario)
+        require_memory(scenario, self.dynamics)
+        self._plan = plan_rows(scenario, self.dynamics, self.method)
 
     def run(self, progress: Progress | None = None) -> Trajectory:
         """Simulate; see :func:`simulate`."""
         started = clock.perf_counter()
-        recorder = Recorder(self.dynamics, self._samples, self.engine, self.method)
+        recorder = Recorder(self.dynamics, self._plan, self.engine, self.method)
         counter = Counter()
         outcome = self._outcome(recorder, counter, progress)
         cost = {
@@ -129,7 +131,7 @@ class Case:
                 dynamics.rate(0.0, dynamics.initial())
                 recorder.record(0.0, dynamics.initial())
                 return Outcome(Status.SINGULAR, 0.0, 0, f"already at the start: {singular_words(singular)}")
-            self._march(self._settings, self._samples, recorder, counter, progress)
+            self._march(self._settings, recorder, counter, progress)
         except StoppedError as stopped:
             status, cause = stopped.status, stopped.cause
             if status not in (Status.SINGULAR, Status.DRIFTED):
@@ -143,15 +145,6 @@ class Case:
         except KeyboardInterrupt:
             status = Status.INTERRUPTED
         return Outcome(status, recorder.last_time, counter.steps, cause)
-
-
-def sample_times(scenario: Scenario) -> Array:
-    """Times of the samples: multiples of 1 / output_rate, and the end."""
-    count = int(np.floor(scenario.duration * scenario.output_rate * (1 + 1e-12)))
-    times = np.arange(count + 1) / scenario.output_rate
-    if scenario.duration - times[-1] > 1e-9 * scenario.duration:
-        times = np.append(times, scenario.duration)
-    return times
 
 
 def start_configuration(rig: Rig, scenario: Scenario) -> Array:
@@ -264,7 +257,7 @@ def _settings(dynamics: Dynamics, scenario: Scenario, method: str) -> Settings:
         chosen.step,
         chosen.rtol,
         atol,
-        chosen.max_step or np.inf,
+        longest_step(scenario, dynamics, method),
         scenario.stabilization.projection and (dynamics.space.m > 0 or dynamics.rig.model.nq != dynamics.rig.model.nv),
         endless,
     )

@@ -60,51 +60,86 @@ class Counter:
 
 
 Flags = npt.NDArray[np.bool_]
+#: Times nearer than this are one [s].
+SAME = 1e-12
 
 #: A step ends this many roundings before a jump of a force, and the next begins as many behind it.
 ROUNDINGS = 4
 
 
 @dataclass(frozen=True)
-class Stops:
-    """Times at which a step must end, in order; all arrays are one entry a stop.
+class Plan:
+    """The rows of a run, decided before it.
 
     Attributes:
-        time: the stops [s].
-        ends: where the step ends; at a jump of a force just before it, so that no stage sees the value behind.
+        times: of all rows, increasing (n) [s].
+        asked: rows the user asked for (n).
+        kept: rows statistics are taken from, the same for every output rate (n).
+        ends: where the step to a row ends; at a jump of a force just before it, so that no stage sees the value behind.
         starts: where the next one begins; at a jump just behind it, so that none sees the value before.
-        samples: which of them are samples.
-        breaks: behind which of them some law goes on otherwise.
+        stops: rows at which a step must end; the first and the last do (n).
+        breaks: of those, behind which some law goes on otherwise (n).
     """
 
-    time: Array
+    times: Array
+    asked: Flags
+    kept: Flags
     ends: Array
     starts: Array
-    samples: Flags
+    stops: Flags
     breaks: Flags
 
+    @property
+    def one(self) -> bool:
+        """True if the rows asked for are those of the record."""
+        return bool(np.array_equal(self.asked, self.kept))
 
-def stops_of(samples: Array, breakpoints: Array, jumps: Array) -> Stops:
-    """Where the steps of a run end: at its samples and at the breakpoints of its laws, of which some are jumps.
 
-    A breakpoint that all but coincides with a sample is taken for the sample: it would leave a step of rounding size.
-    A jump counts at the last sample too.
+def plan_of(asked: Array, record: Array, breakpoints: Array, jumps: Array, stride: int = 1) -> Plan:
+    """Rows at all of these times. Steps end at breakpoints and at every ``stride``-th time of the record (0: at none).
+
+    Times that all but coincide are one row: two would leave a step of rounding size. Of such times that of the record
+    counts, so that its rows are the same whatever is asked for.
+
+    Args:
+        asked: times of samples, increasing (k) [s].
+        record: times of the record, increasing, from the same first time to the same last (l) [s].
+        breakpoints: times at which some law is not smooth [s].
+        jumps: those of them at which a force jumps; one counts at the last row too.
+        stride: how many rows of the record a step may span.
     """
-    within = (breakpoints > samples[0]) & (breakpoints < samples[-1])
-    inner = breakpoints[within | (np.isin(breakpoints, jumps) & (np.abs(breakpoints - samples[-1]) <= 1e-12))]
-    behind = np.minimum(np.searchsorted(samples, inner), len(samples) - 1)
-    distance = np.minimum(np.abs(samples[behind] - inner), inner - samples[behind - 1])
-    apart = distance > 1e-12
-    stops = np.concatenate([samples, inner[apart]])
-    breaks = np.arange(len(stops)) >= len(samples)
-    close = behind[~apart]
-    taken = np.where(np.abs(samples[close] - inner[~apart]) <= 1e-12, close, close - 1)
-    breaks[taken] = True
-    ends, starts, jumping = stops.copy(), stops.copy(), set(jumps.tolist())
-    for at, when in [*zip(taken, inner[~apart], strict=True), *enumerate(inner[apart], len(samples))]:
-        if float(when) in jumping:
-            margin = ROUNDINGS * np.spacing(max(when, stops[at]))
-            ends[at] = min(ends[at], when - margin)
-            starts[at] = max(starts[at], when + margin)
-    order = np.argsort(stops, kind="stable")
-    return Stops(stops[order], ends[order], starts[order], order < len(samples), breaks[order])
+    inner = breakpoints[(breakpoints > record[0]) & (breakpoints <= record[-1] + SAME)]
+    times, of_record, of_breaks = _merged(record, inner)
+    stops = np.zeros(len(times), bool)
+    if stride:
+        stops[np.flatnonzero(of_record)[::stride]] = True
+    stops |= of_breaks
+    stops[[0, -1]] = True
+    every, of_old, of_asked = _merged(times, asked)
+    stopped, broken = np.zeros(len(every), bool), np.zeros(len(every), bool)
+    stopped[of_old], broken[of_old] = stops, of_breaks
+    ends, starts = every.copy(), every.copy()
+    when = jumps[np.isin(jumps, inner)]
+    at = _nearest(every, when)
+    margin = ROUNDINGS * np.spacing(np.maximum(when, every[at]))
+    ends[at], starts[at] = np.minimum(ends[at], when - margin), np.maximum(starts[at], when + margin)
+    return Plan(every, of_asked, of_old, ends, starts, stopped, broken)
+
+
+def _merged(times: Array, others: Array) -> tuple[Array, Flags, Flags]:
+    """Both in order, and which rows are of the one and of the other; where they all but coincide, the first count."""
+    nearest = _nearest(times, others)
+    apart = np.abs(times[nearest] - others) > SAME + 4 * np.finfo(float).eps * np.abs(others)
+    every = np.concatenate([times, others[apart]])
+    first, second = np.arange(len(every)) < len(times), np.arange(len(every)) >= len(times)
+    second[nearest[~apart]] = True
+    if not apart.any():
+        return times, first, second
+    order = np.argsort(every, kind="stable")
+    return every[order], first[order], second[order]
+
+
+def _nearest(times: Array, others: Array) -> Array:
+    """Index of the time next to each of the others."""
+    behind = np.clip(np.searchsorted(times, others), 1, len(times) - 1)
+    return np.where(times[behind] - others < others - times[behind - 1], behind, behind - 1)

@@ -13,7 +13,8 @@ from test_core_runs import BENNETT_CASE, GROUND, LONG, ON_TREE
 
 from drillrig_pin import Rig, Scenario, Trajectory, load_rig_text, simulate
 from drillrig_pin.recorder import Recorder
-from drillrig_pin.simulation import prepare, sample_times
+from drillrig_pin.sampling import plan_rows
+from drillrig_pin.simulation import prepare
 from drillrig_pin.stepping import Settings
 
 core = pytest.importorskip("drillrig_pin.core", reason="the package was built without a C++ compiler")
@@ -55,15 +56,15 @@ def test_eight_at_once_equal_the_same_eight_one_after_another_bit_for_bit(mkz49:
 def test_one_compiled_model_serves_eight_threads_at_once(mkz49: Rig) -> None:
     scenario = Scenario(duration=0.3)
     dynamics = prepare(mkz49, scenario)
-    compiled, samples, y0 = core.CompiledDynamics(dynamics), sample_times(scenario), dynamics.initial()
+    compiled, y0 = core.CompiledDynamics(dynamics), dynamics.initial()
+    plan = plan_rows(scenario, dynamics, "DOP853")
     settings = Settings("DOP853", 1e-4, 1e-8, np.full(dynamics.size, 1e-9), np.inf, True)
     start = threading.Barrier(8)
 
     def run(_: int) -> list[np.ndarray]:
-        arguments = (dynamics, samples, "core", "DOP853")
-        arrays = Recorder(*arguments[: Recorder.__init__.__code__.co_argcount - 1]).arrays()
+        arrays = Recorder(dynamics, plan, "core", "DOP853").arrays()
         start.wait()
-        assert compiled.run(y0, settings, samples, arrays, None).samples == len(samples)
+        assert compiled.run(y0, settings, plan, arrays, None).rows == len(plan.times)
         return arrays
 
     with ThreadPoolExecutor(8) as pool:

@@ -59,7 +59,8 @@ def test_free_vibration_of_a_linear_machine_is_carried_exactly_over_long_steps()
 def test_the_error_on_the_drilling_rig_falls_with_the_eighth_power_of_the_step(mkz49: Rig) -> None:
     case = Scenario(duration=0.5, output_rate=200.0).changed(LOOSE)
     exact = simulate(mkz49, case.changed(EXACT))
-    steps = np.array([1.25e-3, 1e-3, 6.25e-4, 5e-4])
+    # Spacings that divide the way between rows, or are longer.
+    steps = np.array([1.25e-3, 1e-3, 5e-4, 1e-3 / 3])
     errors = [error(mkz49, case.changed({"integrator.max_step": h}), exact) for h in steps.tolist()]
     order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
     # Slopes between neighbours scatter by one about 8: the error is the sum of several vibrations.

@@ -14,7 +14,7 @@ ROOT = Path(drillrig_pin.__file__).parent
 #: Lowest first. Files within one entry may import each other; an entry ending in a dot is a folder.
 LAYERS: list[tuple[str, ...]] = [
     ("errors", "_drillrig", "words", "units"),
-    ("files",),
+    ("files", "memory"),
     ("model.", "yamlfile", "series"),
     ("storage", "tree_data"),
     ("kinematics",),
@@ -29,6 +29,7 @@ LAYERS: list[tuple[str, ...]] = [
     ("assembly",),
     ("sharing", "statics", "stabilization"),
     ("dynamics", "scenario", "stepping"),
+    ("inside", "sampling"),
     ("constraint_watch", "integrators", "core", "trajectory", "older", "columns"),
     ("validity",),
     ("recorder",),

@@ -184,21 +184,19 @@ bool rates_at(const RigSpec& spec, const Array& times, const Array& states, cons
 }
 
 nb::tuple run_case(const RigSpec& spec, const Array& y0, int method, double step, double rtol, const Array& atol,
-                   const Array& relative, double max_step, bool projection, const Array& stops, const Array& ends,
-                   const Array& starts, const Flags& kept, const Flags& breaks, std::vector<std::optional<Array>> arrays, nb::object law,
-                   nb::object switches, nb::object beat) {
+                   const Array& relative, double max_step, bool projection, const Array& times, const Array& ends,
+                   const Array& starts, const Flags& stops, const Flags& breaks, std::vector<std::optional<Array>> arrays,
+                   nb::object law, nb::object switches, nb::object beat) {
   Borrowed borrowed{law, switches, beat, std::nullopt};
   Dynamics dynamics(spec, borrowed.callback());
   require(y0, dynamics.size(), "y0");
   const auto size = static_cast<std::size_t>(dynamics.size());
-  if (atol.size() != size || relative.size() != size || stops.size() != kept.size() ||
-      stops.size() != breaks.size() || stops.size() != ends.size() || stops.size() != starts.size() ||
-      stops.size() < 2)
+  const std::size_t rows = times.size();
+  if (atol.size() != size || relative.size() != size || rows != stops.size() || rows != breaks.size() ||
+      rows != ends.size() || rows != starts.size() || rows < 2 || !stops.data()[0] || !stops.data()[rows - 1])
     throw std::invalid_argument("settings of a run do not fit the rig");
   RunSettings settings{static_cast<Method>(method), step, rtol, max_step, projection, all_of(atol), all_of(relative),
-                       all_of(stops), all_of(ends), all_of(starts), all_of(kept), all_of(breaks)};
-  std::size_t samples = 0;
-  for (const unsigned char keep : settings.kept) samples += keep != 0;
+                       all_of(times), all_of(ends), all_of(starts), all_of(stops), all_of(breaks)};
   const std::size_t widths[] = {1, static_cast<std::size_t>(dynamics.nq), static_cast<std::size_t>(dynamics.nv),
                                 static_cast<std::size_t>(dynamics.nv), 2, static_cast<std::size_t>(dynamics.m()),
                                 static_cast<std::size_t>(dynamics.m()), static_cast<std::size_t>(dynamics.m()),
@@ -209,7 +207,7 @@ nb::tuple run_case(const RigSpec& spec, const Array& y0, int method, double step
   for (int i = 0; i < 12; ++i) {
     to[i] = nullptr;
     if (!arrays[i]) continue;
-    require(*arrays[i], samples * widths[i], "output");
+    require(*arrays[i], rows * widths[i], "output");
     to[i] = arrays[i]->data();
   }
   const RunOutput output{to[0], to[1], to[2], to[3], to[4], to[5], to[6], to[7], to[8], to[9], to[10], to[11]};
@@ -220,8 +218,9 @@ nb::tuple run_case(const RigSpec& spec, const Array& y0, int method, double step
   }
   // What has been computed is kept; the caller raises the error when it has taken it over.
   nb::object error = borrowed.error ? nb::borrow(borrowed.error->value()) : nb::none();
-  return nb::make_tuple(error, static_cast<int>(report.status), report.time, report.samples, report.steps, report.evaluations,
-                        report.switches, copy_of(report.state.data(), {report.state.size()}));
+  return nb::make_tuple(error, static_cast<int>(report.status), report.time, report.rows, report.steps, report.evaluations,
+                        report.switches, copy_of(report.state.data(), {report.state.size()}),
+                        copy_of(report.extra.data(), {report.extra.size()}));
 }
 
 // Nanoseconds per call of the whole right-hand side and of Pinocchio's crba + rnea alone, in turn, in this process.
@@ -267,11 +266,11 @@ NB_MODULE(_drillrig, module) {
            "Everything the right-hand side computes at (t, y), by name.")
       .def("rates", &rates_at, "times"_a, "states"_a, "rates"_a, "law"_a = nb::none(),
            "Right-hand sides at times (k) and states (k, size), into rates (k, size); true if one is singular.")
-      .def("run", &run_case, "y0"_a, "method"_a, "step"_a, "rtol"_a, "atol"_a, "relative"_a, "max_step"_a, "projection"_a, "stops"_a,
-           "ends"_a, "starts"_a, "kept"_a, "breaks"_a, "arrays"_a, "law"_a = nb::none(), "switches"_a = nb::none(),
+      .def("run", &run_case, "y0"_a, "method"_a, "step"_a, "rtol"_a, "atol"_a, "relative"_a, "max_step"_a, "projection"_a, "times"_a,
+           "ends"_a, "starts"_a, "stops"_a, "breaks"_a, "arrays"_a, "law"_a = nb::none(), "switches"_a = nb::none(),
            "beat"_a = nb::none(),
-           "Integrate from stops[0] to stops[-1]; fills the arrays; returns (error, status, time, samples, steps, "
-           "evaluations, switches, last state).")
+           "Integrate from times[0] to times[-1]; fills a row of the arrays for each; returns (error, status, time, "
+           "rows, steps, evaluations, switches, last state, further rows).")
       .def("time_rate", &time_rate, "t"_a, "y"_a, "calls"_a,
            "Nanoseconds per right-hand side, and per crba + rnea alone.");
 }

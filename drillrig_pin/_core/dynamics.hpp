@@ -20,6 +20,7 @@ class Dynamics {
   int size() const { return nq + nv + 2; }
   int m() const { return m_; }
   int forces() const { return n_ - m_; }
+  bool is_load(int force) const { return spec_.laws[force].load; }
   bool simple() const { return simple_; }  // q' = v
   bool projects() const { return m_ > 0 || !simple_; }
 

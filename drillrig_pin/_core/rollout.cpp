@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstring>
+#include <utility>
 
 #include "constraint_watch.hpp"
+#include "rows.hpp"
 #include "stepper.hpp"
 
 namespace drillrig {
@@ -89,28 +90,6 @@ class Watch {
   std::vector<char> signs_, next_, now_;
 };
 
-void put(double* base, long row, const double* from, int count) {
-  if (base != nullptr && count > 0) std::memcpy(base + row * count, from, sizeof(double) * count);
-}
-
-void record(Dynamics& d, const RunOutput& out, long row, double t, const double* y, int points) {
-  if (out.time != nullptr) out.time[row] = t;
-  put(out.q, row, y, d.nq);
-  put(out.v, row, y + d.nq, d.nv);
-  put(out.work, row, y + d.nq + d.nv, 2);
-  put(out.a, row, d.a.data(), d.nv);
-  put(out.reaction, row, d.lambda.data(), d.m());
-  put(out.f, row, d.f.data(), d.m());
-  put(out.f_dot, row, d.f_dot.data(), d.m());
-  put(out.x, row, d.x.data(), d.forces());
-  put(out.F, row, d.F.data(), d.forces());
-  if (out.points != nullptr && points > 0) d.points(out.points + row * points * 3);
-  if (out.energy != nullptr) {
-    out.energy[2 * row] = d.kinetic_energy(y);
-    out.energy[2 * row + 1] = d.potential_energy(y);
-  }
-}
-
 class Pulse {
  public:
   Pulse(Heartbeat beat, void* owner) : beat_(beat), owner_(owner), last_(Clock::now()) {}
@@ -138,32 +117,39 @@ RunReport run(Dynamics& dynamics, const double* y0, const RunSettings& settings,
   Stepper stepper(dynamics, settings);
   Watch watch(dynamics, y0);
   Pulse pulse(heartbeat, owner);
+  Rows rows(dynamics, settings, output, points, watch.active(), report);
   Eigen::VectorXd restart = Eigen::VectorXd::Zero(dynamics.size());
   const bool projection = settings.projection && dynamics.projects();
-  const auto& stops = settings.stops;
+  const auto& times = settings.times;
   auto finish = [&](Status status) {
     report.status = status;
     report.time = stepper.t;
     report.evaluations = stepper.evaluations;
     report.state.assign(stepper.y.data(), stepper.y.data() + dynamics.size());
-    return report;
+    return std::move(report);
   };
-  Status status = stepper.start(stops[0], y0, settings.ends[1]);
+  auto next_stop = [&](std::size_t i) {
+    while (!settings.stops[i]) ++i;
+    return i;
+  };
+  std::size_t end = next_stop(1);
+  Status status = stepper.start(times[0], y0, settings.ends[end]);
   if (status != Status::completed) return finish(status);
   // The choice of a first step evaluates elsewhere; the record wants the start itself.
-  dynamics.rate(stops[0], y0, stepper.f.data());
+  dynamics.rate(times[0], y0, stepper.f.data());
   if (dynamics.out_of_range()) return finish(Status::diverged);
   ConstraintWatch constraints(dynamics, settings.rtol);
-  if ((status = constraints.begin(stops[0], y0, stepper.f.data())) != Status::completed) return finish(status);
+  if ((status = constraints.begin(times[0], y0, stepper.f.data())) != Status::completed) return finish(status);
   // Nothing of a step that passes a singular position is kept.
   auto look = [&] {
     const Status seen = constraints.step(stepper);
     if (seen == Status::singular) stepper.t = constraints.time();
     return seen;
   };
-  record(dynamics, output, report.samples++, stops[0], y0, points);
-  for (std::size_t i = 1; i < stops.size(); ++i) {
-    const double stop = settings.ends[i];
+  rows.at_stop(times[0], y0);
+  for (std::size_t at = 0; at + 1 < times.size(); at = end) {
+    end = next_stop(at + 1);
+    const double stop = settings.ends[end];
     while (stepper.t < stop) {
       if (pulse.stop(stepper.t)) return finish(Status::interrupted);
       const double t_before = stepper.t;
@@ -182,6 +168,7 @@ RunReport run(Dynamics& dynamics, const double* y0, const RunSettings& settings,
           if ((status = stepper.settle(false)) != Status::completed) return finish(status);
           ++report.steps;
           if ((status = look()) != Status::completed) return finish(status);
+          if ((status = rows.inside(stepper, false)) != Status::completed) return finish(status);
         }
         restart = stepper.y;
         if (projection && (status = dynamics.project(restart.data())) != Status::completed) return finish(status);
@@ -191,17 +178,18 @@ RunReport run(Dynamics& dynamics, const double* y0, const RunSettings& settings,
         continue;
       }
       // The exponential steps rest on an unbroken past: they are projected where they are looked at.
-      const bool now = projection && (settings.method != Method::ExpAdams || stepper.t >= stop);
+      const bool stopped = stepper.t >= stop;
+      const bool now = projection && (settings.method != Method::ExpAdams || stopped);
       if ((status = stepper.settle(now)) != Status::completed) return finish(status);
       // The switches have been looked for inside the step.
       if (watch.active()) dynamics.rate(stepper.t, stepper.y.data(), stepper.f.data());
       if ((status = look()) != Status::completed) return finish(status);
+      if (stopped && dynamics.out_of_range()) return finish(Status::diverged);
+      if ((status = rows.inside(stepper, stopped)) != Status::completed) return finish(status);
     }
-    if (settings.breaks[i] && (status = stepper.pass_break(settings.starts[i])) != Status::completed) return finish(status);
-    if (settings.kept[i]) {
-      if (dynamics.out_of_range()) return finish(Status::diverged);
-      record(dynamics, output, report.samples++, stops[i], stepper.y.data(), points);
-    }
+    if (settings.breaks[end] && (status = stepper.pass_break(settings.starts[end])) != Status::completed)
+      return finish(status);
+    rows.at_stop(times[end], stepper.y.data());
   }
   return finish(Status::completed);
 }

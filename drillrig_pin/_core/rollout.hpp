@@ -16,14 +16,14 @@ struct RunSettings {
   double max_step = 0.0;  // 0: none
   bool projection = true;
   std::vector<double> atol, relative;  // by component of y; relative: rtol, or 0 where size says nothing
-  std::vector<double> stops;        // increasing; samples and breaks
-  std::vector<double> ends;         // where the step to each ends: itself, or just before a jump of a force
-  std::vector<double> starts;       // where the next one begins: itself, or just behind the jump
-  std::vector<unsigned char> kept;    // which of them are samples
+  std::vector<double> times;           // increasing; of the rows
+  std::vector<double> ends;            // where the step to each ends: itself, or just before a jump of a force
+  std::vector<double> starts;          // where the next one begins: itself, or just behind the jump
+  std::vector<unsigned char> stops;    // at which rows a step must end; at the first and the last
   std::vector<unsigned char> breaks;  // behind which of them some law goes on otherwise
 };
 
-// Caller-owned arrays, a row per sample. Null: not wanted.
+// Caller-owned arrays, a row per time. Null: not wanted.
 struct RunOutput {
   double *time, *q, *v, *a, *work, *reaction, *f, *f_dot, *x, *F, *points, *energy;
 };
@@ -31,8 +31,9 @@ struct RunOutput {
 struct RunReport {
   Status status = Status::completed;
   double time = 0.0;
-  long samples = 0, steps = 0, evaluations = 0, switches = 0;
+  long rows = 0, steps = 0, evaluations = 0, switches = 0;
   std::vector<double> state;  // last accepted
+  std::vector<double> extra;  // further rows where laws switch, all arrays of a row behind one another
 };
 
 // Called about twenty times a second with the time reached; true: stop.

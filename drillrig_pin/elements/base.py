@@ -63,6 +63,10 @@ class Law:
         """Those breakpoints at which the force may jump: a step ends just before it, the next begins just behind."""
         return self.breakpoints()
 
+    def frequencies(self) -> Array:
+        """Frequencies of a load that varies with time [Hz]; the rows of a run are close enough to show them."""
+        return np.zeros(0)
+
     @classmethod
     def stack(cls, laws: Sequence[Self]) -> Self:
         """One law whose fields are arrays over the given ones."""

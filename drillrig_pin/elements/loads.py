@@ -56,6 +56,11 @@ class HarmonicLaw(Law):
         """None: the ramp ends without one."""
         return np.zeros(0)
 
+    def frequencies(self) -> Array:
+        """Those of the terms that have an amplitude [Hz]."""
+        frequency = np.asarray(self.frequency, dtype=float)
+        return np.asarray(frequency[(np.asarray(self.amplitude) != 0) & (frequency > 0)])
+
     @classmethod
     def stack(cls, laws: Sequence[Self]) -> Self:
         """Pad the terms to the longest series: a term of no amplitude adds nothing."""
