@@ -89,19 +89,14 @@ class Inside:
             stopped: its end is a stop.
         """
         t, y, near = float(step.t), step.y, 1e-9 * (step.t - step.t_old)
-        curve = (
-            step.dense_output()
-            if self._settings.method != "RK4" and (self._switching or self._waits(t + near))
-            else None
-        )
-        moved = False
+        if not (self._switching or self._waits(t + near)):
+            return
+        curve = step.dense_output() if self._settings.method != "RK4" else None
         while self._waits(t + near):
             self._next += 1
             time = self._times[self._next - 1]
             yield Kind.INSIDE, time, self._look(step, curve, time)
-            moved = True
-        if moved:
-            self._evaluate(t, y)
+        self._evaluate(t, y)
         if self._switching:
             if not stopped:
                 yield Kind.EXTRA, t, self._look(step, curve, t)

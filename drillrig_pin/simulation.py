@@ -25,6 +25,7 @@ from drillrig_pin.errors import (
     Status,
     legal_names,
 )
+from drillrig_pin.kinematics import Array
 from drillrig_pin.marching import broken_cylinder, march_core, march_python
 from drillrig_pin.methods import engine_of, method_of
 from drillrig_pin.modes import modes_of

@@ -16,6 +16,8 @@ namespace {
 constexpr int P = ExponentialAdams::kOrder, kNodes = P + 1;
 // Coefficients of the first difference left out by Adams-Bashforth of order 3 and 8 (Hairer, Norsett, Wanner I, III.1).
 constexpr double kLeftOutLow = 3.0 / 8.0, kLeftOut = 1070017.0 / 3628800.0;
+// The same of Adams-Moulton.
+constexpr double kWorkLeftOutLow = 1.0 / 24.0, kWorkLeftOut = 33953.0 / 3628800.0;
 // Beyond this many radians of the fastest vibration a step, a polynomial of high order continues little but its ripple.
 constexpr double kCoarse = 3.0;
 // Steps of the difference quotients, as in stiff.cpp.
@@ -254,6 +256,14 @@ void ExponentialAdams::error(VectorXd& out) {
   for (int j = 0; j <= order_; ++j) g_ += difference_[j] * Map<const VectorXd>(remainders_.column(j), rows_);
   out.setZero();
   out.segment(first_, rows_) = ((order_ == P ? kLeftOut : kLeftOutLow) * h_) * g_;
+}
+
+void ExponentialAdams::work_error(double* out) const {
+  for (int i = 0; i < 2; ++i) {
+    double sum = 0.0;
+    for (int j = 0; j <= order_; ++j) sum += difference_[j] * rates_.column(j)[n_ + i];
+    out[i] = (order_ == P ? kWorkLeftOut : kWorkLeftOutLow) * h_ * sum;
+  }
 }
 
 void ExponentialAdams::step(double t, const double* y, double* y_new, double bound) {

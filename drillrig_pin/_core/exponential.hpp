@@ -60,6 +60,8 @@ class ExponentialAdams {
   void prepare();
   // Local error of the step ahead, by component of (q, v).
   void error(Eigen::VectorXd& out);
+  // The same of the work done and of that dissipated (2): the first difference the formula in work() leaves out.
+  void work_error(double* out) const;
   // q and v of the step ahead of t; its work follows from the rate at its end.
   void step(double t, const double* y, double* y_new, double bound);
   void work(const double* y, const double* f_new, double* y_new) const;

@@ -43,7 +43,7 @@ double table(const Law& law, const double* series, double at) {
   const double* row = rows + 5 * low;
   const double d = t - row[0];
   const double value = ((row[1] * d + row[2]) * d + row[3]) * d + row[4];
-  return at < law.p[0] ? ramp(at / law.p[0]) * value : value;
+  return law.p[0] > 0.0 && at < law.p[0] ? ramp(at / law.p[0]) * value : value;
 }
 
 double depth_of(const double* p, double x) { return x - p[0] + p[1] / p[2]; }

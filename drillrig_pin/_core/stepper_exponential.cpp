@@ -75,7 +75,11 @@ double Stepper::exponential_error() {
   const int n = n_ - 2;
   // With this margin the method errs about as much as DOP853 at the same tolerance, whose estimate is of a lower order.
   constexpr double kMargin = 10.0;
-  return kMargin * error_.cwiseQuotient(scale_).head(n).norm() / std::sqrt(static_cast<double>(n));
+  const double motion = kMargin * error_.cwiseQuotient(scale_).head(n).norm() / std::sqrt(static_cast<double>(n));
+  // A linear machine leaves the motion without an error at any spacing, but not the products force times velocity.
+  double work[2];
+  past_->work_error(work);
+  return std::max({motion, std::abs(work[0]) / scale_[n], std::abs(work[1]) / scale_[n + 1]});
 }
 
 // Keeps the spacing if it divides the way to the bound and its error fits the tolerance. Another one begins afresh:

@@ -63,7 +63,7 @@ class TableLaw(Law):
     def force(self, x: Array, xdot: Array, t: float) -> Array:
         """F(t) [N or N m]; outside the table its end values are kept (a run that long is refused beforehand)."""
         value = np.atleast_1d(self._spline(min(max(t, self.time[0]), self.time[-1])))
-        if t >= self.ramp:
+        if self.ramp <= 0 or t >= self.ramp:
             return value
         s = t / self.ramp
         return np.asarray((s * s * s * (10.0 + s * (6.0 * s - 15.0))) * value)
