@@ -28,6 +28,8 @@ from drillrig_pin.tree import unresisted
 
 #: A residual [m, or 1 for a cosine] from which a run has left its constraints; on a machine below a metre as much less.
 DRIFT = 1e-3
+#: Entries of a Jacobian up to which its rows are moved by nothing.
+STILL = 1e-9
 #: The r-th singular value is as good as zero below this fraction of its own largest value, or below ten times the
 #: relative tolerance: so near to a singular position the path is not known any better. At most the last.
 WEAK, WEAKEST = 1e-4, 1e-2
@@ -66,7 +68,9 @@ class ConstraintWatch:
             StoppedError: rank is lost already.
         """
         J = self._dynamics.space.J
-        self._drift = DRIFT * min(1.0, float(np.abs(J).max(initial=0.0)))
+        size = float(np.abs(J).max(initial=0.0))
+        # Rows that nothing can move are off by rounding alone: no scale for what they may be off.
+        self._drift = DRIFT * (min(1.0, size) if size > STILL else 1.0)
         if not self._ranked:
             return
         self._keep(t, y, rate, J)

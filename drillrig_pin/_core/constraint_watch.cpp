@@ -8,7 +8,7 @@ namespace drillrig {
 namespace {
 
 // The same numbers as in drillrig_pin/constraint_watch.py.
-constexpr double kDrift = 1e-3, kProbe = 1e-6, kCalm = 0.5;
+constexpr double kDrift = 1e-3, kStill = 1e-9, kProbe = 1e-6, kCalm = 0.5;
 constexpr int kHalvings = 40;
 
 }  // namespace
@@ -56,7 +56,8 @@ Status ConstraintWatch::begin(double t, const double* y, const double* dy) {
   if (m_ == 0) return Status::completed;
   double size = 0.0;
   for (int i = 0; i < m_ * nv_; ++i) size = std::max(size, std::abs(dynamics_.jacobian()[i]));
-  drift_ = kDrift * std::min(1.0, size);
+  // Rows that nothing can move are off by rounding alone: no scale for what they may be off.
+  drift_ = kDrift * (size > kStill ? std::min(1.0, size) : 1.0);
   if (!ranked_) return Status::completed;
   take(dynamics_.jacobian());
   keep(t, y, dy);

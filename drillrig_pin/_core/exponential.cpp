@@ -193,6 +193,7 @@ void ExponentialAdams::recompute_remainders() {
 void ExponentialAdams::push(double t, const double* y, const double* f) {
   states_.push(y);
   rates_.push(f);
+  for (int i = 0; i < 2; ++i) peak_[i] = std::max(peak_[i], std::abs(f[n_ + i]));
   if (known_ > 0) {
     double* reached = ahead_.data() + known_ * (kInside - 1);
     if (!(std::abs(t - reached_) <= 1e-9 * h_)) dynamics_.known_forces(t, reached);
@@ -258,12 +259,14 @@ void ExponentialAdams::error(VectorXd& out) {
   out.segment(first_, rows_) = ((order_ == P ? kLeftOut : kLeftOutLow) * h_) * g_;
 }
 
-void ExponentialAdams::work_error(double* out) const {
+double ExponentialAdams::work_error() const {
+  double largest = 0.0;
   for (int i = 0; i < 2; ++i) {
     double sum = 0.0;
     for (int j = 0; j <= order_; ++j) sum += difference_[j] * rates_.column(j)[n_ + i];
-    out[i] = (order_ == P ? kWorkLeftOut : kWorkLeftOutLow) * h_ * sum;
+    if (peak_[i] > 0.0) largest = std::max(largest, std::abs(sum) / peak_[i]);
   }
+  return (order_ == P ? kWorkLeftOut : kWorkLeftOutLow) * largest;
 }
 
 void ExponentialAdams::step(double t, const double* y, double* y_new, double bound) {

@@ -60,8 +60,9 @@ class ExponentialAdams {
   void prepare();
   // Local error of the step ahead, by component of (q, v).
   void error(Eigen::VectorXd& out);
-  // The same of the work done and of that dissipated (2): the first difference the formula in work() leaves out.
-  void work_error(double* out) const;
+  // The same of the work done and of that dissipated, the larger one, over the greatest power so far times the spacing:
+  // the first difference the formula in work() leaves out.
+  double work_error() const;
   // q and v of the step ahead of t; its work follows from the rate at its end.
   void step(double t, const double* y, double* y_new, double bound);
   void work(const double* y, const double* f_new, double* y_new) const;
@@ -81,6 +82,7 @@ class ExponentialAdams {
   double h_ = 0.0;
   double reached_ = std::numeric_limits<double>::quiet_NaN();  // time of the last values in ahead_
   long age_ = 0, evaluations_ = 0;
+  double peak_[2] = {0.0, 0.0};  // greatest power put in and dissipated so far
   bool empty_ = true, linearised_ = false, prepared_ = false;
   Past states_, rates_, remainders_, forces_;
   Eigen::MatrixXd A_, B_, Z_, power_, sum_, spare_;

@@ -42,7 +42,8 @@ class Stepper {
   Status exponential_start(double bound);
   Status choose_spacing(double bound);
   Status linearise();
-  double exponential_error();  // of the step ahead, over the tolerance
+  double exponential_error();  // of the motion over the step ahead, over the tolerance
+  double work_error() const;   // of the work
   double shortest() const;
   double longest() const;
   double first_step(double bound);
