@@ -138,7 +138,7 @@ def _plain_reader() -> Any:
             for first, found in _reader().yaml_implicit_resolvers.items()
         }
 
-    Reader.add_implicit_resolver(_BOOL, re.compile(r"true|True|TRUE|false|False|FALSE"), list("tTfF"))
+    Reader.add_implicit_resolver(_BOOL, re.compile(r"^(?:true|True|TRUE|false|False|FALSE)$"), list("tTfF"))
     return Reader
 
 

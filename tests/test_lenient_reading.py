@@ -176,3 +176,8 @@ def test_a_name_is_the_word_that_stands_there(word: str) -> None:
         return
     assert case.pose in (word, None)
     assert (case.pose is None) == (word in ("null", "~"))
+
+
+@pytest.mark.parametrize("word", ["trueish", "false start", "False}", "TRUE2"])
+def test_a_word_that_begins_like_a_truth_value_is_a_word(word: str) -> None:
+    assert parse(f"a: {word}", "t")[0] == {"a": word}
