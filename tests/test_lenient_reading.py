@@ -88,7 +88,7 @@ def test_every_other_file_is_read_as_strictly(tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match="no value"):
         read_limits(tmp_path / "limits.yaml")
     with pytest.raises(ScenarioError, match="given twice"):
-        read_limits(None, ["toe_6m=0.1", "toe_6m = 0.2"])
+        read_limits(None, ["toe_6m=0.1m", "toe_6m = 0.2m"])
 
 
 @pytest.mark.parametrize(
