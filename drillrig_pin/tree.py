@@ -63,11 +63,14 @@ def massless_joints(model: Any, file: ModelFile) -> Iterator[Problem]:
     for joint in range(model.njoints - 1, 0, -1):
         moves[model.parents[joint]] = moves[model.parents[joint]] or moves[joint]
     nodes = {node.attributes.get("name", ""): node for node in file.root.named("joint")}
+    coupled = {name for name, node in nodes.items() if child(node, "mimic") is not None}
+    coupled |= {end.attributes.get("joint", "") for node in nodes.values() for end in node.named("mimic")}
     for joint in range(1, model.njoints):
         parent = int(model.parents[joint])
-        if moves[joint] or (parent > 0 and not moves[parent]):
-            continue
         node = nodes[model.names[joint]]
+        # A joint that follows another is moved by that one, whatever it carries; that one moves what both carry.
+        if moves[joint] or (parent > 0 and not moves[parent]) or model.names[joint] in coupled:
+            continue
         end = child(node, "child")
         link = end.attributes.get("link", "") if end is not None else ""
         yield Problem(
