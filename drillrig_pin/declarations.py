@@ -72,6 +72,20 @@ class Pose(Declaration):
         return cls.model_validate({**node.attributes, "joints": tuple(map(PoseJoint.from_node, node.children))})
 
 
+class Lock(Declaration):
+    """Joints that do not move in this study, as wheels. They stay where `position` or the first pose puts them.
+
+    A locked joint has no coordinate, no friction and no limit; results name it in a note.
+    """
+
+    tag: ClassVar[str] = "lock"
+
+    joints: Annotated[tuple[str, ...], BeforeValidator(split)] = reference(
+        "names or regular expressions of whole names, e.g. `wheel_.* outrigger_pin`", min_length=1
+    )
+    position: float | None = quantity("rad or m", "where they stand; none: in the first pose, or zero", default=None)
+
+
 class ParameterRow(Declaration):
     """One row of the parameter table that the expanded file carries: where every number comes from."""
 
@@ -85,4 +99,4 @@ class ParameterRow(Declaration):
     text: str = reference("meaning", default="")
 
 
-DECLARATIONS: dict[str, type[Declaration]] = {cls.tag: cls for cls in (Gravity, Point, Pose, ParameterRow)}
+DECLARATIONS: dict[str, type[Declaration]] = {cls.tag: cls for cls in (Gravity, Point, Pose, Lock, ParameterRow)}

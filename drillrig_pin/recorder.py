@@ -17,6 +17,7 @@ from drillrig_pin.errors import Outcome
 from drillrig_pin.joint_limits import outside_limits
 from drillrig_pin.kinematics import Array
 from drillrig_pin.plausible import implausible_words
+from drillrig_pin.rig import Rig
 from drillrig_pin.sampling import load_frequencies
 from drillrig_pin.scenario import Scenario
 from drillrig_pin.statics import Equilibrium
@@ -144,7 +145,7 @@ class Recorder:
         remarks = (remark.text for element in forces for remark in element.remarks())
         outside = outside_limits(rig, dynamics.equilibrium.assembly.q)
         starts = (f"at the start {row} [rad or m]" for row in outside)
-        notes = (*implausible_words(rig), *_notes(dynamics.equilibrium), *starts, *remarks)
+        notes = (*_locked(rig), *implausible_words(rig), *_notes(dynamics.equilibrium), *starts, *remarks)
         added = tuple(repr(element) for element in forces if element.name not in rig.sources)
         file = rig.file
         origin = (file.text, dict(file.arguments), cost, notes, added, self.engine, self.method)
@@ -206,6 +207,11 @@ class _Oil:
         if group.members[0] not in self._known:
             self._known[group.members[0]] = group.law.strains(self._x[:, group.where])
         return self._known[group.members[0]]
+
+
+def _locked(rig: Rig) -> list[str]:
+    stand = ", ".join(f"{name} at {at:g} {'m' if name in rig.sliding else 'rad'}" for name, at in rig.locked.items())
+    return [f"locked joints: {stand}"] if stand else []
 
 
 def _notes(equilibrium: Equilibrium) -> list[str]:

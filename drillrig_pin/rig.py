@@ -15,13 +15,14 @@ from pydantic import BaseModel, ValidationError
 
 from drillrig_pin.constraints import CONSTRAINTS, Constraint, GearPair, Row, gears_of_mimics
 from drillrig_pin.coordinates import Gear, JointCoordinate
-from drillrig_pin.declarations import DECLARATIONS, Gravity, Point, Pose
+from drillrig_pin.declarations import DECLARATIONS, Gravity, Lock, Point, Pose
 from drillrig_pin.elements.base import Element
-from drillrig_pin.elements.friction import friction_of_joints
+from drillrig_pin.elements.friction import JointFriction, friction_of_joints
 from drillrig_pin.elements.problems import model_error
 from drillrig_pin.elements.registry import FORCES, force_class, plugin_tags
 from drillrig_pin.errors import ModelError, ScenarioError, Source, legal_names
 from drillrig_pin.kinematics import Anchor, Array
+from drillrig_pin.locks import locked_positions, without
 from drillrig_pin.model.modelfile import ModelFile, read_model, read_model_text
 from drillrig_pin.model.nodes import Node
 from drillrig_pin.model.problem import Problem
@@ -45,6 +46,7 @@ class Rig:
         constraints: holds and loops in file order.
         poses: named configurations.
         sources: file and line of every extension element, by name.
+        locked: joints that do not move in this study, and where they stand [rad or m], by name.
     """
 
     name: str
@@ -55,6 +57,7 @@ class Rig:
     constraints: tuple[Constraint, ...] = field(repr=False)
     poses: dict[str, Pose] = field(repr=False)
     sources: dict[str, Source] = field(repr=False)
+    locked: dict[str, float] = field(default_factory=dict, repr=False)
 
     @cached_property
     def joints(self) -> list[str]:
@@ -65,6 +68,12 @@ class Rig:
     def coordinate_names(self) -> list[str]:
         """A name for every entry of q."""
         return _expand(self.model, "nq", {7: ("x", "y", "z", "qx", "qy", "qz", "qw")})
+
+    @cached_property
+    def sliding(self) -> frozenset[str]:
+        """Names of the prismatic joints, locked ones too."""
+        joints = self.file.root.named("joint")
+        return frozenset(j.attributes.get("name", "") for j in joints if j.attributes.get("type") == "prismatic")
 
     @cached_property
     def endless(self) -> tuple[int, ...]:
@@ -114,6 +123,8 @@ class Rig:
     def joint(self, name: str) -> JointCoordinate:
         """Coordinate of a joint with one dof; ModelError with the legal names otherwise."""
         if not self.model.existJointName(name):
+            if name in self.locked:
+                raise ModelError(f"joint {name!r} is locked", todo="Leave out the element, or unlock the joint.")
             raise ModelError(f"no moving joint {name!r}", todo=legal_names(name, self.joints, "joints"))
         joint = self.model.joints[self.model.getJointId(name)]
         if joint.nv != 1:
@@ -159,6 +170,12 @@ class Rig:
         return q
 
     def _set(self, q: Array, name: str, position: tuple[float, ...]) -> None:
+        if name in self.locked:
+            if position != (self.locked[name],):
+                raise ScenarioError(
+                    f"joint {name!r} is locked at {self.locked[name]:g}", todo="Set the position of its <lock>."
+                )
+            return
         if not self.model.existJointName(name):
             raise ScenarioError(f"no moving joint {name!r}", todo=legal_names(name, self.joints, "joints"))
         joint = self.model.joints[self.model.getJointId(name)]
@@ -244,15 +261,29 @@ def assemble_rig(file: ModelFile, elements: Iterable[Element] = ()) -> tuple[Rig
         parsed.append(element)
     points = {item.name: item for item in parsed if isinstance(item, Point)}
     gravity = next((item.xyz for item in parsed if isinstance(item, Gravity)), (0.0, 0.0, -9.81))
+    poses = {item.name: item for item in parsed if isinstance(item, Pose)}
+    tree = load_tree(file)
+    nodes = [node.source for node in file.elements() if node.tag == Lock.tag]
+    locks = [item for item in parsed if isinstance(item, Lock)]
+    try:
+        placed = zip(locks, nodes if len(nodes) == len(locks) else [Source(file.path)] * len(locks), strict=True)
+        locked = locked_positions(tree, placed, next(iter(poses.values()), None))
+    except ModelError as error:
+        where = error.where if isinstance(error.where, Source) else Source(file.path)
+        problems.append(Problem("error", error.what, where, error.todo))
+        locked = {}
+    # What a locked joint would lose in friction it loses no more.
+    parsed = [item for item in parsed if not (_of_urdf(item, sources) and getattr(item, "joint", "") in locked)]
     rig = Rig(
         file.name,
         file,
-        _pinocchio_model(file, gravity),
+        _moving(without(tree, locked), file, gravity),
         points,
         tuple(item for item in parsed if isinstance(item, Element)),
         tuple(item for item in parsed if isinstance(item, Constraint)),
-        {item.name: item for item in parsed if isinstance(item, Pose)},
+        poses,
         sources,
+        locked,
     )
     problems += massless_joints(rig.model, file)
     return _resolvable(rig, problems)
@@ -313,8 +344,12 @@ def _element(node: Node) -> BaseModel:
     return item
 
 
-def _pinocchio_model(file: ModelFile, gravity: tuple[float, float, float]) -> Any:
-    model = load_tree(file)
+def _of_urdf(item: BaseModel, sources: dict[str, Source]) -> bool:
+    """True for the friction of a joint's own <dynamics>."""
+    return isinstance(item, JointFriction) and item.name == f"{item.joint}.friction" and item.name in sources
+
+
+def _moving(model: Any, file: ModelFile, gravity: tuple[float, float, float]) -> Any:
     if model.nv == 0:
         raise ModelError("the model has no moving joint", where=file.path, todo="Nothing of it could vibrate.")
     model.gravity.linear = np.array(gravity)
@@ -344,7 +379,7 @@ def _resolvable(rig: Rig, problems: list[Problem]) -> tuple[Rig, list[Problem]]:
     forces = tuple(filter(usable, rig.forces))
     constraints = tuple(filter(usable, rig.constraints))
     poses = {name: pose for name, pose in rig.poses.items() if usable(pose)}
-    return Rig(rig.name, rig.file, rig.model, points, forces, constraints, poses, rig.sources), problems
+    return Rig(rig.name, rig.file, rig.model, points, forces, constraints, poses, rig.sources, rig.locked), problems
 
 
 def _expand(model: Any, count: str, suffixes: dict[int, tuple[str, ...]]) -> list[str]:

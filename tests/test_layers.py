@@ -22,6 +22,7 @@ LAYERS: list[tuple[str, ...]] = [
     ("coordinates",),
     ("elements.",),
     ("declarations", "constraints"),
+    ("locks",),
     ("tree",),
     ("rig", "grammar"),
     ("workspace", "joint_limits", "plausible"),
