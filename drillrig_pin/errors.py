@@ -59,6 +59,10 @@ def _cut(sentence: str) -> str:
     return sentence if len(sentence) <= SENTENCE else f"{sentence[: SENTENCE // 2]}...{sentence[-SENTENCE // 2 :]}"
 
 
+class AccuracyWarning(UserWarning):
+    """A run was computed to its end, and its numbers should not be used."""
+
+
 class ModelError(DrillrigError):
     """The model file, its arguments or its elements cannot be used."""
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drillrig_pin.dynamics import Dynamics
+from drillrig_pin.elements.base import Law
 from drillrig_pin.errors import ScenarioError, SingularConfigurationError
 from drillrig_pin.marching import Rates, core_is_installed
 from drillrig_pin.scenario import CORE_METHODS, Scenario
@@ -69,7 +70,7 @@ class Look:
         decay: largest decay rate [1/s] among the modes.
         deflection: largest static deflection [rad, m] under the loads at some times of the run, by linearisation;
             infinite if something moves already or is held by nothing.
-        smooth: no law switches, and few have breakpoints.
+        smooth: no law switches, few have breakpoints, and none is a user's own, which may pulse between two steps.
     """
 
     decay: float
@@ -88,7 +89,7 @@ def examine(dynamics: Dynamics, rates: Rates, duration: float) -> Look:
     if not np.isfinite(A).all():
         return Look(0.0, np.inf, False)
     decay = float(-np.linalg.eigvals(A).real.min(initial=0.0))
-    smooth = not dynamics.switching and len(dynamics.breakpoints()) <= FEW
+    smooth = not dynamics.switching and len(dynamics.breakpoints()) <= FEW and _known(dynamics)
     moving = bool(np.abs(dynamics.equilibrium.assembly.v).max(initial=0.0) > 0.1)
     if moving or not smooth:
         return Look(decay, np.inf, smooth)
@@ -99,3 +100,9 @@ def examine(dynamics: Dynamics, rates: Rates, duration: float) -> Look:
     except np.linalg.LinAlgError:
         return Look(decay, np.inf, smooth)
     return Look(decay, float(np.abs(deflection).max(initial=0.0)), smooth)
+
+
+def _known(dynamics: Dynamics) -> bool:
+    """True if all laws are of this package."""
+    package = Law.__module__.rpartition(".")[0]
+    return all(type(law).__module__.startswith(package) for law in dynamics.laws)

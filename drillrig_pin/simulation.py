@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time as clock
+import warnings
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -12,12 +13,14 @@ from typing import Any
 import numpy as np
 
 from drillrig_pin.assembly import assemble_state
+from drillrig_pin.balance import doubt
 from drillrig_pin.constraint_watch import lost_words
 from drillrig_pin.dependence import singular_words
 from drillrig_pin.dynamics import Dynamics
 from drillrig_pin.elements.cylinder import Cylinder
 from drillrig_pin.elements.loads import Load
 from drillrig_pin.errors import (
+    AccuracyWarning,
     AssemblyError,
     Outcome,
     ScenarioError,
@@ -54,7 +57,8 @@ def simulate(rig: Rig, scenario: Scenario | None = None, progress: Progress | No
         progress: called now and then with the simulated time [s].
 
     Returns:
-        The trajectory. A run that stops early keeps what it has, with its status; Ctrl-C is one way to stop.
+        The trajectory. A run that stops early keeps what it has, with its status; Ctrl-C is one way to stop. One whose
+        energy does not balance is handed over with an :class:`~drillrig_pin.errors.AccuracyWarning` and a note.
 
     Raises:
         ScenarioError: the scenario does not fit the rig.
@@ -120,7 +124,12 @@ class Case:
             "switches": float(counter.switches),
             "wall_time": clock.perf_counter() - started,
         }
-        return replace(recorder.trajectory(outcome, self.scenario, cost), modes=self.modes)
+        run = replace(recorder.trajectory(outcome, self.scenario, cost), modes=self.modes)
+        doubtful = doubt(run)
+        if doubtful:
+            warnings.warn(doubtful, AccuracyWarning, stacklevel=3)
+            run = replace(run, notes=(*run.notes, doubtful))
+        return run
 
     def _outcome(self, recorder: Recorder, counter: Counter, progress: Progress | None) -> Outcome:
         dynamics = self.dynamics

@@ -33,7 +33,7 @@ LAYERS: list[tuple[str, ...]] = [
     ("inside", "sampling"),
     ("constraint_watch", "integrators", "core", "trajectory", "older", "columns"),
     ("validity",),
-    ("recorder",),
+    ("recorder", "balance"),
     ("marching",),
     ("methods", "modes"),
     ("simulation",),

@@ -11,6 +11,7 @@ from rigs import point_mass
 
 from drillrig_pin import ModelError, Scenario, load_rig, load_rig_text, simulate
 from drillrig_pin.elements import Name, PluginElement, quantity, reference, registry
+from drillrig_pin.errors import AccuracyWarning
 
 TIGHT = {"rtol": 1e-11, "atol": 1e-12}
 
@@ -146,3 +147,50 @@ def test_an_element_can_be_added_to_the_shipped_rig() -> None:
     run = simulate(load_rig("mkz49", elements=[buffer]), Scenario(duration=0.05))
     assert run.outcome.completed
     assert np.abs(run.energy_residual).max() < 1e-6 * np.abs(run.work_input).max() + 1e-9
+
+
+class Pulse(PluginElement):
+    """A half sine of force over a millisecond that names no breakpoints."""
+
+    tag = "pulse"
+    load = True
+
+    joint: Name = reference("joint it pushes")
+    start: float = quantity("s", "its start")
+
+    def coordinate(self, resolver):
+        return resolver.joint(self.joint)
+
+    def force(self, x, xdot, t):
+        s = (t - self.start) / 1e-3
+        return 1000.0 * np.sin(np.pi * s) * np.ones_like(x) if 0.0 < s < 1.0 else np.zeros_like(x)
+
+
+@pytest.mark.parametrize("engine", ["core", "python"])
+@pytest.mark.parametrize("rate", [10.0, 1000.0])
+def test_a_short_pulse_of_a_plugin_is_not_stepped_over_however_few_samples_are_asked_for(
+    engine: str, rate: float
+) -> None:
+    still = '<gravity xyz="0 0 0"/><joint_spring name="s" joint="x" stiffness="1" damping="0"/>'
+    for start in (0.0123, 0.05037):
+        rig = load_rig_text(point_mass(2.0, still), elements=[Pulse(name="p", joint="x", start=start)])
+        run = simulate(rig, Scenario(duration=0.1, output_rate=rate, engine=engine))
+        assert run.method == "DOP853", "a law of a user may do anything between two steps"
+        # Its impulse is 2 / pi of its peak times its length; the spring has done nothing yet a millisecond later.
+        assert np.abs(run.record.v).max() == pytest.approx(1000.0 * 1e-3 * 2 / np.pi / 2.0, rel=1e-4)
+
+
+class Leak(HardeningDamper):
+    """Reports twice the power it dissipates: the energy cannot balance."""
+
+    tag = "leak"
+
+    def dissipation(self, x, xdot):
+        return 2 * self.d * np.abs(xdot) ** 3
+
+
+def test_a_run_whose_energy_does_not_balance_warns_in_python_and_says_so_when_printed() -> None:
+    rig = load_rig_text(point_mass(2.0), elements=[Leak(name="b", joint="x", k3=1e4, d=3.0)])
+    with pytest.warns(AccuracyWarning, match="the energy balance misses"):
+        run = simulate(rig, Scenario(duration=0.2, velocities={"x": 2.0}))
+    assert "not accurate" in repr(run)

@@ -6,15 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from drillrig_pin.balance import NOTHING, WORST_ENERGY, energy_reference
 from drillrig_pin.trajectory import Trajectory
 
-#: Beyond these a run should not be used: constraint error [m or 1], energy residual relative to its reference.
+#: Beyond this a run should not be used: constraint error [m or 1].
 WORST_ERROR = 1e-6
-WORST_ENERGY = 1e-3
 #: So is one whose estimated error is more than this share of the greatest joint motion.
 WORST_SHARE = 0.01
-#: Energy [J] below which a machine is at rest: the elastic energy of a locked oil column is rounded at about this.
-NOTHING = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +69,7 @@ def trust(trajectory: Trajectory) -> Trust:
     """
     trajectory = trajectory.record
     residual = float(np.abs(trajectory.energy_residual).max(initial=0.0))
-    reference, against = _reference(trajectory)
+    reference, against = energy_reference(trajectory)
     wall = trajectory.cost.get("wall_time", 0.0)
     held = trajectory.constraint_error.size > 0
     return Trust(
@@ -89,16 +87,3 @@ def trust(trajectory: Trajectory) -> Trust:
         wall,
         trajectory.outcome.time / wall if wall > 0 else None,
     )
-
-
-def _reference(trajectory: Trajectory) -> tuple[float, str]:
-    work = float(np.abs(trajectory.work_input).max(initial=0.0))
-    energies = (trajectory.energy_kinetic, trajectory.energy_potential, trajectory.energy_elastic)
-    exchanged = max((float(np.ptp(energy)) for energy in energies if energy.size), default=0.0)
-    size = max((float(np.abs(energy).max()) for energy in energies if energy.size), default=0.0)
-    rounding = max(100 * float(np.finfo(float).eps) * size, NOTHING)
-    if work > rounding:
-        return work, "work in"
-    if exchanged > rounding:
-        return exchanged, "energy exchanged"
-    return 0.0, "nothing moved"

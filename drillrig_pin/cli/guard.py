@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import os
 import sys
+import warnings
 from collections.abc import Sequence
 
-from drillrig_pin.errors import DrillrigError
+from drillrig_pin.errors import AccuracyWarning, DrillrigError
 
 OK = 0
 #: Something given cannot be used, or ``check`` found an error.
@@ -26,6 +27,8 @@ INTERRUPTED = 130
 def run_guarded(arguments: Sequence[str] | None = None) -> None:
     """Run the app and leave through ``SystemExit``; no traceback unless ``--debug`` asks for it."""
     given = list(sys.argv[1:] if arguments is None else arguments)
+    # The line about trust says it.
+    warnings.simplefilter("ignore", AccuracyWarning)
     try:
         from drillrig_pin.cli.app import app
 

@@ -56,7 +56,11 @@ class Law:
         return None
 
     def breakpoints(self) -> Array:
-        """Times at which the law is not smooth; the integrator ends a step there."""
+        """Times at which the law is not smooth; the integrator ends a step there.
+
+        A law that depends on time and does not say so is looked at a dozen times a millisecond at least. What is
+        shorter, a pulse of a tenth of a millisecond, may be stepped over: name its start and its end here.
+        """
         return np.zeros(0)
 
     def jumps(self) -> Array:

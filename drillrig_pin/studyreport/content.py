@@ -234,7 +234,8 @@ def _is_assumed(source: str) -> bool:
 
 def _noise(subject: StudySubject) -> Iterator[Statement]:
     """Runs that may not be believed."""
-    from drillrig_pin.analysis.trust import WORST_ENERGY, WORST_ERROR
+    from drillrig_pin.analysis.trust import WORST_ERROR
+    from drillrig_pin.balance import WORST_ENERGY
 
     table = subject.table
     doubtful = [
