@@ -221,7 +221,7 @@ def test_a_study_is_carried_out_and_ends_in_a_table(server: Server) -> None:
     study = {
         "name": "frequencies",
         "scenario": {"duration": 0.3},
-        "axes": [{"name": "model.percussion_frequency", "list": [40, 48]}],
+        "axes": [{"name": "model.percussion_frequency", "list": [48, 50]}],
         "metrics": ["S.across.rms"],
     }
     first = server.http.post("/v1/studies", json=study)
