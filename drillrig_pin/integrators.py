@@ -22,6 +22,8 @@ from drillrig_pin.stepping import Counter, Plan, Settings, StoppedError
 #: Points inside a step at which switching functions are looked at, as fractions: a short contact is not missed.
 LOOKS = (0.25, 0.5, 0.75, 1.0)
 NOT_FINITE = "the state is not a finite number any more"
+#: Part of a step by which a sample must lie before a singular position to be kept: its time is known no better.
+EARLY = 0.01
 #: How exactly a switch is located [s].
 SWITCH_TIME = 1e-13
 
@@ -170,6 +172,14 @@ def _one_step(
         yield inside.at_stop(time, solver.y)
 
 
+def _looked(look: Look, solver: Any) -> StoppedError | None:
+    try:
+        look(solver)
+    except StoppedError as stopped:
+        return stopped
+    return None
+
+
 def _multistep(
     system: System, y0: Array, plan: Plan, settings: Settings, counter: Counter, look: Look
 ) -> Iterator[State]:
@@ -185,8 +195,11 @@ def _multistep(
             t_old = solver.t
             _advance(solver, counter)
             system.rate(solver.t, solver.y)
-            look(solver)
             curve, end = solver.dense_output(), solver.t
+            stopped = _looked(look, solver)
+            if stopped is not None:
+                # A step of many samples: those before a singular position lie on the path that leads there.
+                end = stopped.time - EARLY * (solver.t - t_old) if stopped.status is Status.SINGULAR else t_old
             event = watch.crossed(solver) if watch.active else None
             if event is not None and event < end:
                 end = event
@@ -196,6 +209,8 @@ def _multistep(
                 system.rate(t, y)
                 yield Kind.ROW, t, y
                 next_sample += 1
+            if stopped is not None:
+                raise stopped
             if event is not None and t_old < event < solver.t:
                 # The history before a switch says nothing about what comes behind it.
                 solver = _solver(system, event, curve(event), bound, settings)
