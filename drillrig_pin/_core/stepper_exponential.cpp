@@ -79,11 +79,10 @@ double Stepper::exponential_error() {
 }
 
 // A linear machine leaves the motion without an error at any spacing, but not the products force times velocity. What is
-// missed of them in one step is made good in the next ones: this share of the greatest power keeps the balance of energy to
-// much less, 1e-6 and better on a mass that swings far above its resonance.
+// missed of them in one step is made good in the next ones: a ten-thousandth of the greatest power keeps the balance of energy
+// to much less, 1e-6 and better on a mass that swings far above its resonance. Loose tolerances may miss more.
 double Stepper::work_error() const {
-  constexpr double kShare = 1e-4;
-  return past_->work_error() / kShare;
+  return past_->work_error() / std::max(1e-4, 1e3 * settings_.rtol);
 }
 
 // Keeps the spacing if it divides the way to the bound and its error fits the tolerance. Another one begins afresh:
