@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from drillrig_pin.analysis.motion import JointRange
     from drillrig_pin.analysis.trust import Trust
 
+#: Between two tables beside each other.
+GUTTER = 4
+
 
 def print_summary(out: Console, metrics: Metrics) -> None:
     """Print every section that has content; first of all whether the numbers may be used."""
@@ -47,12 +50,16 @@ def print_summary(out: Console, metrics: Metrics) -> None:
 
 
 def _side_by_side(out: Console, *sections: RenderableType | None) -> None:
+    """Beside each other where that cuts nothing off, else one below the other."""
+    from rich.measure import Measurement
     from rich.table import Table
 
     shown = [section for section in sections if section is not None]
-    if shown:
-        grid = Table.grid(padding=(0, 4, 0, 0))
-        grid.add_row(*shown)
+    widths = [Measurement.get(out, out.options, section).maximum + GUTTER for section in shown]
+    rows = [shown] if sum(widths) - GUTTER <= out.width else [[section] for section in shown]
+    for row in filter(None, rows):
+        grid = Table.grid(padding=(0, GUTTER, 0, 0))
+        grid.add_row(*row)
         out.print(grid, "")
 
 
