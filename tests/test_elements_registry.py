@@ -164,7 +164,7 @@ def test_every_element_says_what_it_is_and_every_number_its_unit(tag: str) -> No
     assert cls.__doc__
     assert not cls.__doc__.startswith("Base"), "a docstring of its own"
     for name, field in cls.model_fields.items():
-        if name in ("name", "law", "terms", "samples", "joints"):
+        if name in ("name", "law", "terms", "samples", "header_units", "joints"):
             continue
         assert field.description, f"{tag}.{name} has no description"
         unit = (field.json_schema_extra or {}).get("unit")
