@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from drillrig_pin.rig import Rig
-from drillrig_pin.simulation import simulate
+from drillrig_pin.simulation import Case
 from drillrig_pin.trajectory import ESTIMATE, Trajectory
 
 #: Tolerances of the second run are this much smaller: its own error then hardly counts.
@@ -34,15 +34,15 @@ def estimate_error(rig: Rig, trajectory: Trajectory) -> Trajectory:
         return trajectory
     if trajectory.method == "RK4":
         factor, finer = 16 / 15, {"integrator.step": chosen.step / 2}
-        again = simulate(rig, scenario.changed(finer))
+        again = Case(rig, scenario.changed(finer)).solve()
     else:
         factor = 1.0
         finer = {"integrator.rtol": max(chosen.rtol / TIGHTER, FINEST), "integrator.atol": chosen.atol / TIGHTER}
-        again = simulate(rig, scenario.changed(finer))
+        again = Case(rig, scenario.changed(finer)).solve()
         if again.method == trajectory.method and again.outcome.steps < 1.1 * trajectory.outcome.steps:
             # Samples and load tables, not the tolerance, held the steps short: they are halved outright.
             half = 0.5 * trajectory.outcome.time / trajectory.outcome.steps
-            again = simulate(rig, scenario.changed({**finer, "integrator.max_step": half}))
+            again = Case(rig, scenario.changed({**finer, "integrator.max_step": half})).solve()
     if not again.outcome.completed:
         return trajectory
     rows, others = trajectory.record, again.record

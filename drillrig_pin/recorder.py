@@ -109,7 +109,8 @@ class Recorder:
         loads = [i for i, e in enumerate(forces) if e.load]
         others = [i for i, e in enumerate(forces) if i not in cylinders and not e.load]
         oil = _Oil(dynamics.groups, x, cylinders)
-        outcome = looked_at(outcome, dynamics.groups, forces, time[kept], x[kept])
+        of_record: Any = slice(None) if kept.all() else kept  # a copy of every row only where it is needed
+        outcome = looked_at(outcome, dynamics.groups, forces, time[of_record], x[of_record])
         arrays = Arrays(
             {
                 "q": q,
@@ -145,7 +146,13 @@ class Recorder:
         remarks = (remark.text for element in forces for remark in element.remarks())
         outside = outside_limits(rig, dynamics.equilibrium.assembly.q)
         starts = (f"at the start {row} [rad or m]" for row in outside)
-        notes = (*_locked(rig), *implausible_words(rig), *_notes(dynamics.equilibrium), *starts, *remarks)
+        notes = (
+            *_locked(rig),
+            *rig.once("implausible", lambda: implausible_words(rig)),
+            *_notes(dynamics.equilibrium),
+            *starts,
+            *remarks,
+        )
         added = tuple(repr(element) for element in forces if element.name not in rig.sources)
         file = rig.file
         origin = (file.text, dict(file.arguments), cost, notes, added, self.engine, self.method)

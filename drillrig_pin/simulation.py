@@ -114,6 +114,15 @@ class Case:
 
     def run(self, progress: Progress | None = None) -> Trajectory:
         """Simulate; see :func:`simulate`."""
+        run = self.solve(progress)
+        doubtful = doubt(run)
+        if doubtful:
+            warnings.warn(doubtful, AccuracyWarning, stacklevel=3)
+            run = replace(run, notes=(*run.notes, doubtful))
+        return run
+
+    def solve(self, progress: Progress | None = None) -> Trajectory:
+        """The same without a look at its balance of energy: for a run that is only compared with another."""
         started = clock.perf_counter()
         recorder = Recorder(self.dynamics, self._plan, self.engine, self.method)
         counter = Counter()
@@ -124,12 +133,7 @@ class Case:
             "switches": float(counter.switches),
             "wall_time": clock.perf_counter() - started,
         }
-        run = replace(recorder.trajectory(outcome, self.scenario, cost), modes=self.modes)
-        doubtful = doubt(run)
-        if doubtful:
-            warnings.warn(doubtful, AccuracyWarning, stacklevel=3)
-            run = replace(run, notes=(*run.notes, doubtful))
-        return run
+        return replace(recorder.trajectory(outcome, self.scenario, cost), modes=self.modes)
 
     def _outcome(self, recorder: Recorder, counter: Counter, progress: Progress | None) -> Outcome:
         dynamics = self.dynamics

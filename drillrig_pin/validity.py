@@ -49,6 +49,7 @@ def _first_moments(
         lengths = x[:, group.where]
         low = np.array([c.vapour_pressure if isinstance(c, Cylinder) else 0.0 for c in cylinders])
         high = np.array([BURST * c.relief_pressure if isinstance(c, Cylinder) else np.inf for c in cylinders])
+        least, most = np.fmin.reduce(lengths), np.fmax.reduce(lengths)
         a_low, b_low = group.law.lengths_at(low - ATMOSPHERE)
         a_high, b_high = group.law.lengths_at(high)
         # Beyond these lengths a chamber is out of bounds: to the one side, then to the other.
@@ -58,9 +59,8 @@ def _first_moments(
             (b_low, -1.0, "B", True),
             (a_high, -1.0, "A", False),
         ):
-            beyond = sign * (lengths - bounds)
-            for j in np.flatnonzero((beyond > 0).any(axis=0)):
-                yield _crossing(time, beyond[:, j]), _words(cylinders[j], chamber, torn=torn)
+            for j in np.flatnonzero(sign * ((most if sign > 0 else least) - bounds) > 0):
+                yield _crossing(time, sign * (lengths[:, j] - bounds[j])), _words(cylinders[j], chamber, torn=torn)
 
 
 def _crossing(time: Array, beyond: Array) -> float:

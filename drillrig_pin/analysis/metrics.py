@@ -94,9 +94,14 @@ class Metrics:
     valid_until: float | None = None
 
 
-def measure(trajectory: Trajectory) -> Metrics:
-    """Read a run. It needs at least one sample; sections without content come out empty or None."""
-    design = design_of(trajectory)
+def measure(trajectory: Trajectory, design: Design | None = None) -> Metrics:
+    """Read a run. It needs at least one sample; sections without content come out empty or None.
+
+    Args:
+        trajectory: the run.
+        design: what its model says, if that is known already; None: read from the model text it carries.
+    """
+    design = design or design_of(trajectory)
     window = window_of(trajectory, design)
     record, steady = window.record, window.rows
     point = survey_point(trajectory)

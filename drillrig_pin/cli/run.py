@@ -74,7 +74,7 @@ def run(
             trajectory = estimate_error(rig, trajectory)
     target = output if output is not None else free_name(DEFAULT)
     trajectory.save(target)
-    metrics = _measured(trajectory)
+    metrics = _measured(trajectory, rig)
     if json:
         print_json(_document(trajectory, metrics, rig, target))
     else:
@@ -84,17 +84,18 @@ def run(
     _leave(trajectory, metrics)
 
 
-def _measured(trajectory: Trajectory) -> Metrics | None:
+def _measured(trajectory: Trajectory, rig: Rig) -> Metrics | None:
     """Metrics of a run that has anything to measure."""
     import numpy as np
 
+    from drillrig_pin.analysis.design import design_of
     from drillrig_pin.analysis.metrics import measure
 
     if len(trajectory.time) < 2:
         return None
     # The last samples of a run that diverged may be too large to be squared.
     with np.errstate(all="ignore"):
-        return measure(trajectory)
+        return measure(trajectory, design_of(trajectory, rig.file))
 
 
 def _leave(trajectory: Trajectory, metrics: Metrics | None) -> None:
