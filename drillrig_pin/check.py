@@ -14,6 +14,7 @@ from drillrig_pin.constraints import Loop
 from drillrig_pin.elements.cylinder import Cylinder
 from drillrig_pin.elements.springs import Spring
 from drillrig_pin.errors import ModelError, Source
+from drillrig_pin.fitting import fitted
 from drillrig_pin.model.inertias import extent, gyration
 from drillrig_pin.model.modelfile import ModelFile, read_model, read_model_text
 from drillrig_pin.model.problem import Problem
@@ -94,6 +95,11 @@ def _check_rig(file: ModelFile, scenario: Scenario | None) -> list[Problem]:
         rig, problems = assemble_rig(file)
     except ModelError as error:
         return [_as_problem(error, file.path)]
+    if scenario is not None and scenario.lock and not problems:
+        try:
+            rig = fitted(rig, scenario)
+        except ModelError as error:
+            return [_as_problem(error, file.path)]
     problems = [*problems, *_same_body(rig), *implausible(rig), *_doubtful(rig), *_looks(rig)]
     sound = not any(problem.severity == "error" for problem in problems)
     if scenario is not None:

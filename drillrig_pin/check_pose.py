@@ -10,13 +10,13 @@ import numpy as np
 from drillrig_pin.assembly import Assembly, assemble_state
 from drillrig_pin.dependence import singular_words
 from drillrig_pin.elements.cylinder import ATMOSPHERE, Cylinder
-from drillrig_pin.errors import AssemblyError, Source
+from drillrig_pin.errors import AssemblyError, LockedError, Source
+from drillrig_pin.fitting import fitted, start_configuration
 from drillrig_pin.joint_limits import outside_limits
 from drillrig_pin.kinematics import Array
 from drillrig_pin.model.problem import Problem
 from drillrig_pin.rig import Rig
 from drillrig_pin.scenario import Scenario
-from drillrig_pin.simulation import start_configuration
 from drillrig_pin.statics import find_equilibrium
 from drillrig_pin.tree import unresisted
 from drillrig_pin.words import listed
@@ -48,7 +48,13 @@ def check_pose(rig: Rig, pose: str | None, *, statics: bool = True) -> list[Prob
     """Findings about a named pose; None: all joints at zero. Statics only for a model without errors so far."""
     label = f"pose {pose!r}" if pose is not None else "the zero position"
     where = rig.sources.get(pose or "", Source(rig.file.path))
-    return _check_state(rig, rig.configuration(pose), label, where, {}, named=pose is not None, statics=statics)
+    try:
+        q = rig.configuration(pose)
+    except LockedError as error:
+        # A run starts in the first pose unless it is told another.
+        severity = "error" if pose == next(iter(rig.poses), None) else "warning"
+        return [Problem(severity, f"{label} cannot be taken: {error.what}", where, error.todo)]
+    return _check_state(rig, q, label, where, {}, named=pose is not None, statics=statics)
 
 
 def check_start(rig: Rig, scenario: Scenario, *, statics: bool = True) -> list[Problem]:
@@ -58,6 +64,7 @@ def check_start(rig: Rig, scenario: Scenario, *, statics: bool = True) -> list[P
         ScenarioError: the scenario does not fit the rig.
     """
     label, where = f"the start of {scenario.name!r}", Source(rig.file.path)
+    rig = fitted(rig, scenario)
     q = start_configuration(rig, scenario)
     return _check_state(rig, q, label, where, scenario.targets, named=True, statics=statics)
 
@@ -179,6 +186,8 @@ def _stroke(cylinder: Cylinder, length: float, label: str, where: Source) -> Ite
 
 
 def _lever_arm(rig: Rig, cylinder: Cylinder, row: Array, label: str, where: Source) -> Iterator[Problem]:
+    if not row.any():
+        return  # between points of one body, which is said
     kinds = {node.attributes.get("name"): node.attributes.get("type") for node in rig.file.root.named("joint")}
     turned = [(abs(float(arm)), name) for arm, name in zip(row, rig.dof_names, strict=True) if _turns(kinds.get(name))]
     slides = [abs(float(rate)) for rate, name in zip(row, rig.dof_names, strict=True) if kinds.get(name) == "prismatic"]

@@ -71,6 +71,10 @@ class ScenarioError(DrillrigError):
     """The scenario is not valid, or does not fit the model."""
 
 
+class LockedError(ScenarioError):
+    """A pose, position or velocity that would move a locked joint."""
+
+
 class ResultSizeError(ScenarioError):
     """The result would not fit the memory there is: ``needed`` and ``available`` bytes."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import pinocchio as pin
@@ -24,13 +24,9 @@ def locked_positions(model: Any, locks: Iterable[tuple[Lock, Source]], first: Po
     for lock, source in locks:
         for pattern in lock.joints:
             try:
-                chosen = [name for name in names if name == pattern or re.fullmatch(pattern, name)]
-            except re.error as error:
-                raise ModelError(f"<lock>: {pattern!r} is no regular expression ({error})", where=source) from None
-            if not chosen:
-                raise ModelError(
-                    f"<lock>: no moving joint {pattern!r}", where=source, todo=legal_names(pattern, names, "joints")
-                )
+                chosen = matching(pattern, names)
+            except ModelError as error:
+                raise ModelError(f"<lock>: {error.what}", where=source, todo=error.todo) from None
             for name in chosen:
                 if model.joints[model.getJointId(name)].nv != 1:
                     raise ModelError(
@@ -40,6 +36,17 @@ def locked_positions(model: Any, locks: Iterable[tuple[Lock, Source]], first: Po
                 if found.setdefault(name, at) != at:
                     raise ModelError(f"<lock>: joint {name!r} is locked at two positions", where=source)
     return found
+
+
+def matching(pattern: str, names: Sequence[str]) -> list[str]:
+    """Joints that a name or a regular expression of whole names means; ModelError if it is none or fits none."""
+    try:
+        chosen = [name for name in names if name == pattern or re.fullmatch(pattern, name)]
+    except re.error as error:
+        raise ModelError(f"{pattern!r} is no regular expression ({error})") from None
+    if not chosen:
+        raise ModelError(f"no moving joint {pattern!r}", todo=legal_names(pattern, names, "joints"))
+    return chosen
 
 
 def without(model: Any, locked: dict[str, float]) -> Any:

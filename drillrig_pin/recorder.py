@@ -14,10 +14,10 @@ from drillrig_pin.dependence import singular_words
 from drillrig_pin.dynamics import Dynamics, ForceGroup
 from drillrig_pin.elements.cylinder import Cylinder, LockedOil
 from drillrig_pin.errors import Outcome
+from drillrig_pin.fitting import locked_words
 from drillrig_pin.joint_limits import outside_limits
 from drillrig_pin.kinematics import Array
 from drillrig_pin.plausible import implausible_words
-from drillrig_pin.rig import Rig
 from drillrig_pin.sampling import load_frequencies
 from drillrig_pin.scenario import Scenario
 from drillrig_pin.statics import Equilibrium
@@ -147,7 +147,7 @@ class Recorder:
         outside = outside_limits(rig, dynamics.equilibrium.assembly.q)
         starts = (f"at the start {row} [rad or m]" for row in outside)
         notes = (
-            *_locked(rig),
+            *locked_words(rig),
             *rig.once("implausible", lambda: implausible_words(rig)),
             *_notes(dynamics.equilibrium),
             *starts,
@@ -214,11 +214,6 @@ class _Oil:
         if group.members[0] not in self._known:
             self._known[group.members[0]] = group.law.strains(self._x[:, group.where])
         return self._known[group.members[0]]
-
-
-def _locked(rig: Rig) -> list[str]:
-    stand = ", ".join(f"{name} at {at:g} {'m' if name in rig.sliding else 'rad'}" for name, at in rig.locked.items())
-    return [f"locked joints: {stand}"] if stand else []
 
 
 def _notes(equilibrium: Equilibrium) -> list[str]:

@@ -20,7 +20,7 @@ from drillrig_pin.elements.base import Element
 from drillrig_pin.elements.friction import JointFriction, friction_of_joints
 from drillrig_pin.elements.problems import model_error
 from drillrig_pin.elements.registry import FORCES, force_class, plugin_tags
-from drillrig_pin.errors import ModelError, ScenarioError, Source, legal_names
+from drillrig_pin.errors import LockedError, ModelError, ScenarioError, Source, legal_names
 from drillrig_pin.kinematics import Anchor, Array
 from drillrig_pin.locks import locked_positions, without
 from drillrig_pin.model.modelfile import ModelFile, read_model, read_model_text
@@ -152,8 +152,10 @@ class Rig:
             if pose not in self.poses:
                 raise ScenarioError(f"the model has no pose {pose!r}", todo=legal_names(pose, self.poses, "poses"))
             for entry in self.poses[pose].joints:
-                self._set(q, entry.name, entry.position)
-                given.add(entry.name)
+                # A joint that is given otherwise does not stand where the pose puts it, locked or not.
+                if entry.name not in (positions or {}):
+                    self._set(q, entry.name, entry.position)
+                    given.add(entry.name)
         for name, value in (positions or {}).items():
             self._set(q, name, tuple(np.atleast_1d(np.asarray(value, dtype=float)).tolist()))
             given.add(name)
@@ -172,8 +174,9 @@ class Rig:
     def _set(self, q: Array, name: str, position: tuple[float, ...]) -> None:
         if name in self.locked:
             if position != (self.locked[name],):
-                raise ScenarioError(
-                    f"joint {name!r} is locked at {self.locked[name]:g}", todo="Set the position of its <lock>."
+                raise LockedError(
+                    f"joint {name!r} is locked at {self.locked[name]:g}",
+                    todo="Set the position of its <lock>, or do not lock it.",
                 )
             return
         if not self.model.existJointName(name):
@@ -272,8 +275,7 @@ def assemble_rig(file: ModelFile, elements: Iterable[Element] = ()) -> tuple[Rig
         where = error.where if isinstance(error.where, Source) else Source(file.path)
         problems.append(Problem("error", error.what, where, error.todo))
         locked = {}
-    # What a locked joint would lose in friction it loses no more.
-    parsed = [item for item in parsed if not (_of_urdf(item, sources) and getattr(item, "joint", "") in locked)]
+    parsed = [item for item in parsed if not _idle(item, sources, locked)]
     rig = Rig(
         file.name,
         file,
@@ -344,9 +346,12 @@ def _element(node: Node) -> BaseModel:
     return item
 
 
-def _of_urdf(item: BaseModel, sources: dict[str, Source]) -> bool:
-    """True for the friction of a joint's own <dynamics>."""
-    return isinstance(item, JointFriction) and item.name == f"{item.joint}.friction" and item.name in sources
+def _idle(item: BaseModel, sources: dict[str, Source], locked: dict[str, float]) -> bool:
+    """Whether locks leave nothing to do: to the friction of a joint's own <dynamics>, or to a gear that fits them."""
+    if isinstance(item, GearPair) and item.joint in locked and item.mimics in locked:
+        return math.isclose(locked[item.joint], item.ratio * locked[item.mimics] + item.offset, abs_tol=1e-9)
+    own = isinstance(item, JointFriction) and item.name == f"{item.joint}.friction" and item.name in sources
+    return own and getattr(item, "joint", "") in locked
 
 
 def _moving(model: Any, file: ModelFile, gravity: tuple[float, float, float]) -> Any:
@@ -369,6 +374,9 @@ def _resolvable(rig: Rig, problems: list[Problem]) -> tuple[Rig, list[Problem]]:
                 rig.point(item.name)
             else:
                 rig.configuration(item.name)
+        except LockedError:
+            # A machine locked at work may have other poses; one that contradicts is refused where it is used.
+            return True
         except (ModelError, ScenarioError) as error:
             source = rig.sources.get(item.name, Source(rig.file.path))
             problems.append(Problem("error", f"<{item.tag} {item.name!r}>: {error.what}", source, error.todo))

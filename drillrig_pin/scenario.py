@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
 from drillrig_pin.errors import FieldError, ScenarioError, legal_names, shown
 from drillrig_pin.files import shipped_scenarios
@@ -87,6 +87,10 @@ class Integrator(_Part):
     max_step: Positive | None = Field(None, description="longest step [s]; none: no bound")
 
 
+def _words(given: Any) -> Any:
+    return given.split() if isinstance(given, str) else given
+
+
 class Scenario(_Part):
     """One case. Every field has a default; the default is test hole no. 9 for 10 s.
 
@@ -99,6 +103,10 @@ class Scenario(_Part):
     arguments: dict[str, str | float | int] = Field(default_factory=dict, description="arguments of the model")
     pose: str | None = Field(None, description="named pose of the model; none: its first pose, or all joints at zero")
     positions: dict[str, float | list[float]] = Field(default_factory=dict, description="joints set otherwise [rad, m]")
+    lock: Annotated[list[str], BeforeValidator(_words)] = Field(
+        default_factory=list,
+        description="joints that do not move, by name or regular expression; they stand where pose and positions say",
+    )
     velocities: dict[str, float] = Field(default_factory=dict, description="initial velocity by dof [rad/s, m/s]")
     targets: dict[str, float] = Field(default_factory=dict, description="held coordinates by row, e.g. face.y [m]")
     loads: Literal["all", "none"] | list[str] = Field("all", description="which loads act")

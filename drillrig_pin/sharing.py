@@ -61,7 +61,8 @@ def share(rows: Array, stiffness: Array, J: Array, needed: Array) -> Shares:
     # Columns of very different size lose what only the softest can carry: it is made up for without weights.
     left = least_norm(together.T, needed - rows.T @ elastic - J.T @ rigid)
     elastic, rigid = elastic + left[:n], rigid + left[n:]
-    shared = np.abs(stress[:n]).max(axis=1, initial=0.0) > NO_PART
+    # An element between points of one body moves nothing and carries nothing: it shares with nobody.
+    shared = (np.abs(stress[:n]).max(axis=1, initial=0.0) > NO_PART) & rows.any(axis=1)
     return Shares(elastic, rigid, shared, _spread(rigid, rigid_stress))
 
 

@@ -22,13 +22,14 @@ from drillrig_pin.elements.loads import Load
 from drillrig_pin.errors import (
     AccuracyWarning,
     AssemblyError,
+    LockedError,
     Outcome,
     ScenarioError,
     SingularConfigurationError,
     Status,
     legal_names,
 )
-from drillrig_pin.kinematics import Array
+from drillrig_pin.fitting import fitted, start_configuration
 from drillrig_pin.marching import broken_cylinder, march_core, march_python
 from drillrig_pin.methods import engine_of, method_of
 from drillrig_pin.modes import modes_of
@@ -52,7 +53,7 @@ def simulate(rig: Rig, scenario: Scenario | None = None, progress: Progress | No
     """Simulate one case and return everything that happened.
 
     Args:
-        rig: the rig; not changed.
+        rig: the rig; not changed. What ``scenario.lock`` names is locked in a copy, and in the result's model.
         scenario: the case; None: the default one.
         progress: called now and then with the simulated time [s].
 
@@ -161,24 +162,17 @@ class Case:
         return Outcome(status, recorder.last_time, counter.steps, cause)
 
 
-def start_configuration(rig: Rig, scenario: Scenario) -> Array:
-    """q in which a scenario starts, before assembly: its pose (else the model's first, else zero) and positions.
-
-    Raises:
-        ScenarioError: unknown pose or joint, or a wrong number of values for a joint.
-    """
-    pose = scenario.pose
-    if pose is None and rig.poses:
-        pose = next(iter(rig.poses))
-    return rig.configuration(pose, scenario.positions)
-
-
 def start_state(rig: Rig, scenario: Scenario, space: Workspace | None = None) -> Equilibrium:
-    """The assembled initial state of a scenario and its static equilibrium."""
+    """The assembled initial state of a scenario and its static equilibrium; the rig as :func:`fitted` makes it."""
+    rig = fitted(rig, scenario)
     space = space or Workspace(rig, rig.forces)
     q = start_configuration(rig, scenario)
     v = np.zeros(rig.model.nv)
     for name, value in scenario.velocities.items():
+        if name in rig.locked:
+            if value:
+                raise LockedError(f"joint {name!r} is locked and has a velocity", todo="Leave out one of both.")
+            continue
         if name not in rig.dof_names:
             raise ScenarioError(f"no dof {name!r}", todo=legal_names(name, rig.dof_names, "dofs"))
         v[rig.dof_names.index(name)] = value
@@ -203,6 +197,7 @@ def _require_stroke(cylinder: Cylinder, length: float) -> None:
 
 def prepare(rig: Rig, scenario: Scenario) -> Dynamics:
     """The equations of a case at its start, ready to be evaluated or integrated."""
+    rig = fitted(rig, scenario)
     names = [element.name for element in rig.forces if element.load]
     chosen = {"all": names, "none": []}
     acting = frozenset(chosen[scenario.loads] if isinstance(scenario.loads, str) else scenario.loads)

@@ -30,7 +30,7 @@ LAYERS: list[tuple[str, ...]] = [
     ("assembly",),
     ("sharing", "statics", "stabilization"),
     ("dynamics", "scenario", "stepping"),
-    ("inside", "sampling"),
+    ("inside", "sampling", "fitting"),
     ("constraint_watch", "integrators", "core", "trajectory", "older", "columns"),
     ("validity",),
     ("recorder", "balance"),

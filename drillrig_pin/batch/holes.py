@@ -160,7 +160,8 @@ class _Search:
         anchors = [rig.point(self.point), rig.direction(self.point, tuple(axis.tolist()), "body")]
         self.anchors = anchor_matrix(rig.model, anchors)
         for name in aim.fixed:
-            if name not in rig.joints:
+            # What is locked is fixed already.
+            if name not in rig.joints and name not in rig.locked:
                 raise ScenarioError(f"no moving joint {name!r}", todo=legal_names(name, rig.joints, "joints"))
         self.free = [
             i

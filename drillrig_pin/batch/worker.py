@@ -18,6 +18,7 @@ from drillrig_pin.batch.cases import Question, model_fingerprint
 from drillrig_pin.batch.holes import Aim, UnreachableError, aim_at
 from drillrig_pin.batch.measures import WINDOW, measured
 from drillrig_pin.errors import DrillrigError, ResultFileError
+from drillrig_pin.fitting import fitted
 from drillrig_pin.model.modelfile import read_model
 from drillrig_pin.rig import Rig, build_rig
 from drillrig_pin.scenario import Scenario
@@ -135,6 +136,8 @@ def _run(order: Order, question: Question, answer: Answer, started: float, targe
     scenario = Scenario(**order.base).changed(changes)
     model = scenario.model
     rig = rig_of(model, json.dumps(scenario.arguments, sort_keys=True), order.fingerprint.get(model, ""))
+    # Before it is aimed: what is locked stays where it stands.
+    rig = fitted(rig, scenario)
     if question.hole is not None:
         aimed = aim_at(rig, question.hole, order.aim)
         scenario = scenario.changed({f"positions.{name}": value for name, value in aimed.positions.items()})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,6 +14,7 @@ import typer
 from drillrig_pin.errors import ScenarioError
 
 if TYPE_CHECKING:
+    from drillrig_pin.batch.study import Study
     from drillrig_pin.rig import Rig
     from drillrig_pin.scenario import Scenario
 
@@ -62,6 +64,15 @@ Packages = Annotated[
         help="Folder of a package that the model names, as $(find NAME) or package://NAME. May be given many times.",
     ),
 ]
+Locks = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--lock",
+        metavar="PATTERN",
+        help="Joints that do not move, by name or regular expression, e.g. 'wheel_.*'. They stay where the start puts "
+        "them. May be given many times.",
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document (SI units) instead of text.")]
 
 
@@ -108,7 +119,9 @@ def model_arguments(settings: Sequence[str] | None) -> dict[str, Any]:
     return arguments
 
 
-def read_scenario(model: str | None, scenario: str | None, settings: Sequence[str] | None) -> Scenario:
+def read_scenario(
+    model: str | None, scenario: str | None, settings: Sequence[str] | None, locks: Sequence[str] | None = None
+) -> Scenario:
     """The scenario a command line describes: the named one (default: hole 9), with another model and changes."""
     from drillrig_pin.scenario import Scenario, load_scenario
 
@@ -121,17 +134,29 @@ def read_scenario(model: str | None, scenario: str | None, settings: Sequence[st
     changes |= fields
     changes |= {f"arguments.{name}": value for name, value in arguments.items()}
     try:
-        return case.changed(changes) if changes else case
+        case = case.changed(changes) if changes else case
     except ScenarioError as error:
         raise ScenarioError(error.what, where="--set", todo=error.todo) from None
+    return case.changed({"lock": [*case.lock, *locks]}) if locks else case
+
+
+def locking(study: Study, locks: Sequence[str] | None) -> Study:
+    """A study in which all cases have more joints locked."""
+    return study.changed({"scenario.lock": [*study.base.lock, *locks]}) if locks else study
+
+
+def locks_again(locks: Sequence[str] | None) -> str:
+    """The options, for a command that is to be given again."""
+    return "".join(f" --lock {shlex.quote(pattern)}" for pattern in locks or ())
 
 
 def read_rig(case: Scenario) -> Rig:
-    """The rig of a scenario."""
+    """The rig of a scenario, with its locks."""
+    from drillrig_pin.fitting import fitted
     from drillrig_pin.model.modelfile import read_model
     from drillrig_pin.rig import build_rig
 
-    return build_rig(read_model(case.model, case.arguments))
+    return fitted(build_rig(read_model(case.model, case.arguments)), case)
 
 
 def _number(text: str) -> float | int | None:

@@ -7,7 +7,16 @@ from typing import Annotated
 
 import typer
 
-from drillrig_pin.cli.case import Json, ModelName, ModelSettings, Packages, model_arguments
+from drillrig_pin.cli.case import (
+    Json,
+    Locks,
+    ModelName,
+    ModelSettings,
+    Packages,
+    model_arguments,
+    read_rig,
+    read_scenario,
+)
 from drillrig_pin.cli.output import console, print_json, table, working
 from drillrig_pin.cli.targets import Force, console_beside, require_target
 
@@ -100,6 +109,7 @@ def expand(
     ] = None,
     settings: ModelSettings = None,
     packages: Packages = None,
+    lock: Locks = None,
     force: Force = False,
     json: Json = False,
 ) -> None:
@@ -112,7 +122,8 @@ def expand(
     from drillrig_pin.cli.files import write_text
     from drillrig_pin.model.modelfile import read_model
 
-    file = read_model(model, model_arguments(settings))
+    arguments = model_arguments(settings)
+    file = read_rig(read_scenario(model, None, settings, lock)).file if lock else read_model(model, arguments)
     if output is not None:
         # The same text once more is no loss.
         same = output.is_file() and output.read_bytes() == file.text.encode()

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from drillrig_pin.cli.batch_options import Folder, Over, Quiet, Scheduler, Seed, StudyName, TimeLimit, Workers
-from drillrig_pin.cli.case import Json, Packages
+from drillrig_pin.cli.case import Json, Locks, Packages, locking, locks_again
 from drillrig_pin.cli.files import require_folder
 from drillrig_pin.cli.guard import FAILED, INTERRUPTED
 from drillrig_pin.cli.output import console, print_json
@@ -51,6 +51,7 @@ def optimize(
     scheduler: Scheduler = None,
     time_limit: TimeLimit = 600.0,
     packages: Packages = None,
+    lock: Locks = None,
     json: Json = False,
     force: Force = False,
     quiet: Quiet = False,
@@ -74,7 +75,7 @@ def optimize(
     from drillrig_pin.batch.store import TABLE
     from drillrig_pin.batch.study import load_study
     from drillrig_pin.cli.optimize_words import print_optimum
-    from drillrig_pin.cli.sweep_words import progress, say_idle
+    from drillrig_pin.cli.sweep_words import progress, say_first
 
     given: dict[str, Any] = {
         "minimize": minimize,
@@ -83,10 +84,10 @@ def optimize(
         "constraints": constraint or None,
     }
     given |= {"over": over, "starts": starts, "budget": budget, "seed": seed}
-    chosen = load_study(study).deciding("optimize", **given)
+    chosen = locking(load_study(study), lock).deciding("optimize", **given)
     require_folder(output)
     require_targets(output, [TABLE, FILE, STUDY], reads=[study], force=force)
-    say_idle(chosen)
+    say_first(chosen)
     with progress(quiet=quiet or json) as listener:
         found = run_search(
             chosen, output, workers=workers, scheduler=scheduler, time_limit=time_limit, listener=listener
@@ -97,7 +98,7 @@ def optimize(
         table = {"table": str(found.table), "interrupted": found.interrupted, "statuses": dict(found.tally.statuses)}
         print_json({**optimum_document(chosen, found), **table})
     elif not quiet:
-        print_optimum(console(), chosen, found, output, _again(study, output, given))
+        print_optimum(console(), chosen, found, output, f"{_again(study, output, given)}{locks_again(lock)}")
     if found.interrupted:
         raise typer.Exit(INTERRUPTED)
     if found.best is None or not found.best.feasible or found.differences:

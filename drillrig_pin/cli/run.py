@@ -10,7 +10,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from drillrig_pin.cli.case import Json, OptionalModelName, Packages, ScenarioName, Settings, read_rig, read_scenario
+from drillrig_pin.cli.case import (
+    Json,
+    Locks,
+    OptionalModelName,
+    Packages,
+    ScenarioName,
+    Settings,
+    read_rig,
+    read_scenario,
+)
 from drillrig_pin.cli.files import require_writable
 from drillrig_pin.cli.guard import INTERRUPTED, NOT_VALID, STOPPED_EARLY
 from drillrig_pin.cli.output import console, print_json
@@ -31,6 +40,7 @@ def run(
     scenario: ScenarioName = None,
     settings: Settings = None,
     packages: Packages = None,
+    lock: Locks = None,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -62,7 +72,7 @@ def run(
     Example:  [bold]drillrig run mkz49 --set model.boom_length=2.1 --set scenario.duration=5 -o longer.nc[/]
     """
     require_writable(output or DEFAULT)
-    case = read_scenario(model, scenario, settings)
+    case = read_scenario(model, scenario, settings, lock)
     rig = read_rig(case)
     replaced = output is not None and require_target(output, "result", reads=(scenario, *rig.file.files), force=force)
     from drillrig_pin.accuracy import estimate_error

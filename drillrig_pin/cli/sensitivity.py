@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from drillrig_pin.cli.batch_options import Folder, Over, Quiet, Scheduler, Seed, StudyName, TimeLimit, Workers
-from drillrig_pin.cli.case import Json, Packages
+from drillrig_pin.cli.case import Json, Locks, Packages, locking, locks_again
 from drillrig_pin.cli.files import require_folder
 from drillrig_pin.cli.guard import INTERRUPTED
 from drillrig_pin.cli.output import console, print_json
@@ -56,6 +56,7 @@ def sensitivity(
     scheduler: Scheduler = None,
     time_limit: TimeLimit = 600.0,
     packages: Packages = None,
+    lock: Locks = None,
     json: Json = False,
     force: Force = False,
     quiet: Quiet = False,
@@ -77,14 +78,14 @@ def sensitivity(
     from drillrig_pin.batch.store import TABLE
     from drillrig_pin.batch.study import load_study
     from drillrig_pin.cli.sensitivity_words import print_sensitivity
-    from drillrig_pin.cli.sweep_words import print_counts, print_interrupted, progress, say_idle
+    from drillrig_pin.cli.sweep_words import print_counts, print_interrupted, progress, say_first
 
     given = {"method": method, "metric": metric, "over": over, "seed": seed}
     given |= {"trajectories": trajectories, "samples": samples}
-    chosen = load_study(study).deciding("sensitivity", **given)
+    chosen = locking(load_study(study), lock).deciding("sensitivity", **given)
     require_folder(output)
     require_targets(output, [TABLE, FILE], reads=[study], force=force)
-    say_idle(chosen)
+    say_first(chosen)
     with progress(quiet=quiet or json) as listener:
         finished, result = run_sensitivity(
             chosen, output, workers=workers, scheduler=scheduler, time_limit=time_limit, listener=listener
@@ -92,7 +93,7 @@ def sensitivity(
     counts = ("trajectories", "samples")
     options = "".join(f" --{name} {value}" for name, value in given.items() if value is not None)
     more = "".join(f" --{n} {value}" for n, value in given.items() if value is not None and n not in counts)
-    again = f"drillrig sensitivity {study} -o {output}"
+    again = f"drillrig sensitivity {study}{locks_again(lock)} -o {output}"
     if json:
         tally = finished.tally
         document = result.document() if result else {}

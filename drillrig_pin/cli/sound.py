@@ -8,6 +8,7 @@ import typer
 
 from drillrig_pin.cli.case import (
     Json,
+    Locks,
     ModelName,
     ModelSettings,
     OptionalModelName,
@@ -42,17 +43,19 @@ def check(
     ] = None,
     settings: ModelSettings = None,
     packages: Packages = None,
+    lock: Locks = None,
     json: Json = False,
 ) -> None:
     """List everything wrong or suspicious in a model, with file and line.
 
-    Errors keep the model from being used and make the exit code 1; warnings do not.
+    Errors keep the model from being used and make the exit code 1; warnings do not. With --lock the start of a run with
+    these joints locked is judged.
 
     Example:  [bold]drillrig check mkz49 --set model.boom_length=2.1[/]
     """
     from drillrig_pin.check import check_document, check_model
 
-    case = read_scenario(model, scenario, settings) if scenario is not None else None
+    case = read_scenario(model, scenario, settings, lock) if scenario is not None or lock else None
     arguments = case.arguments if case is not None else model_arguments(settings)
     problems = check_model(model, arguments, scenario=case)
     document = check_document(model, problems)
@@ -80,6 +83,7 @@ def static(
     scenario: ScenarioName = None,
     settings: Settings = None,
     packages: Packages = None,
+    lock: Locks = None,
     json: Json = False,
 ) -> None:
     """Print what the machine carries at rest, before drilling: holding forces, pressures, reactions.
@@ -89,9 +93,10 @@ def static(
     Example:  [bold]drillrig static mkz49 --set model.boom_length=2.1[/]
     """
     from drillrig_pin.check import check_document
+    from drillrig_pin.fitting import locked_words
     from drillrig_pin.simulation import start_state
 
-    case = read_scenario(model, scenario, settings)
+    case = read_scenario(model, scenario, settings, lock)
     rig = read_rig(case)
     rest = start_state(rig, case)
     problems = _findings(rig, case)
@@ -103,6 +108,7 @@ def static(
                 "model": rig.file.path,
                 "scenario": case.name,
                 "q": dict(zip(rig.coordinate_names, rest.assembly.q.tolist(), strict=True)),
+                "locked": rig.locked,
                 "moved_by_assembly": rest.assembly.moved,
                 "redundant": list(rest.assembly.redundant),
                 "singular": list(rest.assembly.singular),
@@ -119,6 +125,8 @@ def static(
         return
     out = console()
     out.print(f"[bold]{case.name}[/] at rest, {rig.file.path}")
+    for words in locked_words(rig):
+        out.print(f"note: {words}", markup=False, soft_wrap=True)
     for line in (*_moved(rest), *rest.sharing):
         out.print(line, markup=False, soft_wrap=True)
     if cylinders:

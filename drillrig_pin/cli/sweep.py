@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from drillrig_pin.cli.batch_options import Folder, Keep, Quiet, Scheduler, StudyName, TimeLimit, Workers
-from drillrig_pin.cli.case import Json, ModelSettings, Packages, model_arguments
+from drillrig_pin.cli.case import Json, Locks, ModelSettings, Packages, locking, locks_again, model_arguments
 from drillrig_pin.cli.files import require_folder
 from drillrig_pin.cli.guard import FAILED, INTERRUPTED
 from drillrig_pin.cli.output import console, print_json
@@ -28,6 +29,7 @@ def sweep(
     keep: Keep = "none",
     time_limit: TimeLimit = 600.0,
     packages: Packages = None,
+    lock: Locks = None,
     json: Json = False,
     force: Force = False,
     quiet: Quiet = False,
@@ -45,15 +47,16 @@ def sweep(
     """
     from drillrig_pin.batch.study import load_study
 
+    chosen = locking(load_study(study), lock)
     finished = _carried_out(
-        load_study(study), output, workers, scheduler, keep, time_limit, reads=[study], force=force, quiet=quiet or json
+        chosen, output, workers, scheduler, keep, time_limit, reads=[study], force=force, quiet=quiet or json
     )
     if json:
         print_json(_document(finished))
     elif not quiet:
         from drillrig_pin.cli.sweep_words import print_end
 
-        print_end(console(), finished, f"drillrig sweep {study} -o {output}")
+        print_end(console(), finished, f"drillrig sweep {study}{locks_again(lock)} -o {output}")
     _leave(finished)
 
 
@@ -66,6 +69,7 @@ def holes(
     ] = None,
     settings: ModelSettings = None,
     packages: Packages = None,
+    lock: Locks = None,
     workers: Workers = None,
     scheduler: Scheduler = None,
     keep: Keep = "none",
@@ -87,13 +91,15 @@ def holes(
     from drillrig_pin.errors import ScenarioError
 
     arguments = {f"model.{name}": value for name, value in model_arguments(settings).items()}
-    chosen = load_study(study)
+    chosen = locking(load_study(study), lock)
     if chosen.holes is None:
         raise ScenarioError("the study has no holes", where=study, todo="Give one with a holes axis, e.g. nine_holes.")
     if arguments:
         chosen = chosen.changed(arguments)
+    changed = "".join(f" --set {shlex.quote(setting)}" for setting in settings or ())
+    again = f"drillrig holes {study}{changed}{locks_again(lock)}"
     if output is None:
-        _show_poses(chosen, json=json, quiet=quiet)
+        _show_poses(chosen, again, json=json, quiet=quiet)
         return
     finished = _carried_out(
         chosen, output, workers, scheduler, keep, time_limit, reads=[study], force=force, quiet=quiet or json
@@ -104,8 +110,7 @@ def holes(
         from drillrig_pin.cli.sweep_words import print_end, print_holes
 
         print_holes(console(), chosen, finished)
-        changed = "".join(f" --set {setting}" for setting in settings or ())
-        print_end(console(), finished, f"drillrig holes {study}{changed} -o {output}")
+        print_end(console(), finished, f"{again} -o {output}")
     _leave(finished)
 
 
@@ -123,12 +128,12 @@ def _carried_out(
 ) -> Finished:
     from drillrig_pin.batch.runner import parse_keep, run_study
     from drillrig_pin.batch.store import TABLE
-    from drillrig_pin.cli.sweep_words import progress, say_idle
+    from drillrig_pin.cli.sweep_words import progress, say_first
 
     parse_keep(keep)
     require_folder(output)
     require_targets(output, [TABLE], reads=reads, force=force)
-    say_idle(study)
+    say_first(study)
     with progress(quiet=quiet) as listener:
         return run_study(
             study,
@@ -141,7 +146,7 @@ def _carried_out(
         )
 
 
-def _show_poses(study: Study, *, json: bool, quiet: bool) -> None:
+def _show_poses(study: Study, again: str, *, json: bool, quiet: bool) -> None:
     from drillrig_pin.batch.holes import UnreachableError, aim_at
     from drillrig_pin.cli.case import read_rig
 
@@ -160,7 +165,7 @@ def _show_poses(study: Study, *, json: bool, quiet: bool) -> None:
     elif not quiet:
         from drillrig_pin.cli.sweep_words import print_poses
 
-        print_poses(console(), study, rig, found)
+        print_poses(console(), study, rig, again, found)
 
 
 def _document(finished: Finished) -> dict[str, Any]:

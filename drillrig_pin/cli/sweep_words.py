@@ -43,12 +43,21 @@ def progress(*, quiet: bool) -> Iterator[Listener | None]:
         yield listen
 
 
-def say_idle(study: Study) -> None:
-    """Before a study runs: which of its axes cannot change anything."""
-    from drillrig_pin.batch.idle import idle_axes
-    from drillrig_pin.cli.output import console
+def say_first(study: Study) -> None:
+    """Before a study runs: which joints its base scenario locks, which of its axes cannot change anything.
 
-    for words in idle_axes(study):
+    Raises:
+        ScenarioError, ModelError: what it locks cannot be locked.
+    """
+    from drillrig_pin.batch.idle import idle_axes
+    from drillrig_pin.cli.case import read_rig
+    from drillrig_pin.cli.output import console
+    from drillrig_pin.fitting import locked_words
+
+    # Another model may have other joints; each case says what is wrong with its own.
+    one = study.base.lock and "scenario.model" not in study.names
+    locked = [f"{words} (in the base scenario)" for words in locked_words(read_rig(study.base))] if one else []
+    for words in (*locked, *idle_axes(study)):
         console(stderr=True).print(f"note: {words}.", markup=False, style="yellow", soft_wrap=True)
 
 
@@ -136,9 +145,10 @@ def inputs(case: Case) -> str:
     return ", ".join(shown)
 
 
-def print_poses(out: Console, study: Study, rig: Rig, found: dict[str, Any]) -> None:
-    """Joint positions for every hole."""
+def print_poses(out: Console, study: Study, rig: Rig, again: str, found: dict[str, Any]) -> None:
+    """Joint positions for every hole; ``again``: the command that shows them."""
     from drillrig_pin.batch.holes import UnreachableError
+    from drillrig_pin.fitting import locked_words
 
     assert study.holes is not None
     rows, notes = [], []
@@ -150,9 +160,11 @@ def print_poses(out: Console, study: Study, rig: Rig, found: dict[str, Any]) -> 
         else:
             rows.append([name, assumed, *_place(item.tip), *(_position(rig, j, item.positions[j]) for j in rig.joints)])
     out.print(table(f"{study.text or study.name}", ("hole", "", "x m", "y m", "z m", *rig.joints), rows, text=2))
+    for words in locked_words(rig):
+        out.print(f"note: {words}", markup=False, soft_wrap=True)
     for note in notes:
         out.print(note, markup=False, style="red")
-    out.print("Next: drillrig holes -o holes, to drill them and see where the machine shakes most", markup=False)
+    out.print(f"Next: {again} -o holes, to drill them and see where the machine shakes most", markup=False)
 
 
 def print_holes(out: Console, study: Study, finished: Finished) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from drillrig_pin.cli.case import OptionalModelName, Packages, ScenarioName, Settings, read_scenario
+from drillrig_pin.cli.case import Locks, OptionalModelName, Packages, ScenarioName, Settings, read_scenario
 from drillrig_pin.cli.output import console, plain, table
 from drillrig_pin.cli.show import (
     Exaggerate,
@@ -40,6 +40,7 @@ def watch(
     scenario: ScenarioName = None,
     settings: Settings = None,
     packages: Packages = None,
+    lock: Locks = None,
     exaggerate: Exaggerate = "auto",
     true_scale: TrueScale = False,
     speed: Speed = "auto",
@@ -72,7 +73,7 @@ def watch(
         rate=RATE,
     )
     path = Path(scenario) if scenario is not None and Path(scenario).is_file() else None
-    loop = DesignLoop(lambda: read_scenario(model, scenario, settings), options, path)
+    loop = DesignLoop(lambda: read_scenario(model, scenario, settings, lock), options, path)
     # A wrong word of the command line ends it at once; what is wrong in a file is waited for.
     case = loop.read()
     find_model(case.model)

@@ -10,7 +10,9 @@ from typing import Any
 
 from drillrig_pin.analysis.differences import flat
 from drillrig_pin.errors import DrillrigError
+from drillrig_pin.fitting import fitted
 from drillrig_pin.model.modelfile import read_model
+from drillrig_pin.rig import build_rig
 from drillrig_pin.scenario import Scenario
 from drillrig_pin.trajectory import Trajectory
 
@@ -61,7 +63,10 @@ def asks_the_same(trajectory: Trajectory) -> bool:
     """
     case = trajectory.scenario
     try:
-        return not trajectory.added and read_model(case.model, trajectory.arguments).text == trajectory.model
+        if trajectory.added:
+            return False
+        file = read_model(case.model, trajectory.arguments)
+        return (fitted(build_rig(file), case).file if case.lock else file).text == trajectory.model
     except DrillrigError:
         return False
 

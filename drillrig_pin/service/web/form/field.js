@@ -64,8 +64,9 @@ export class Field {
     this.update();
   }
 
-  /** Put in a value of an earlier request, which may be a dictionary or nothing. */
+  /** Put in a value of an earlier request, which may be a dictionary, a list or nothing. */
   take(value) {
+    if (Array.isArray(value)) return this.write(value.join(" "));
     const pairs = value !== null && typeof value === "object";
     this.write(pairs ? Object.entries(value).map(([name, number]) => `${name} = ${number}`).join(", ") : value);
   }

@@ -10,6 +10,8 @@ const ESSENTIAL = ["duration", "pose", "integrator.rtol"];
 const ELSEWHERE = ["name", "text", "model", "arguments", "loads"];
 /** Dictionaries by names the model knows. */
 const BY_NAME = ["targets", "positions", "velocities"];
+/** Lists of words. */
+const WORDS = ["lock"];
 
 /**
  * The form of a scenario.
@@ -94,6 +96,7 @@ function leaf(name, schema, value) {
   const unit = /\[([^\],]+)\]/.exec(schema.description ?? "")?.[1] ?? "";
   const about = {name, value: value ?? "", label: translated(`scenario.${name}`, name.replace(/_/g, " ")), text: translated(`help.${name}`, schema.description ?? ""), unit: BY_NAME.includes(name) ? "" : unit};
   if (BY_NAME.includes(name)) return {...about, kind: "text", value: pairs(value), hint: "name = value, …"};
+  if (WORDS.includes(name)) return {...about, kind: "text", value: (value ?? []).join(" "), hint: "name name_.* …"};
   if (options.some((option) => option.type === "boolean")) return {...about, kind: "switch"};
   if (number) {
     const low = number.minimum ?? number.exclusiveMinimum ?? null;
@@ -115,5 +118,6 @@ function valueOf(field) {
     const entries = value.split(",").map((pair) => pair.split("=").map((word) => word.trim())).filter(([name]) => name);
     return Object.fromEntries(entries.map(([name, text]) => [name, text === undefined || Number.isNaN(Number(text)) ? text ?? "" : Number(text)]));
   }
+  if (WORDS.includes(field.name)) return value.split(/\s+/).filter(Boolean);
   return value === "" ? null : value;
 }
