@@ -10,6 +10,7 @@ import pinocchio as pin
 from drillrig_pin.dependence import RANK, dependence
 from drillrig_pin.dependence import redundant_rows as redundant_rows
 from drillrig_pin.errors import AssemblyError, legal_names
+from drillrig_pin.finite import require_finite
 from drillrig_pin.kinematics import Array
 from drillrig_pin.rig import Rig
 from drillrig_pin.workspace import Workspace
@@ -102,13 +103,8 @@ def least_norm(A: Array, b: Array) -> Array:
     Raises:
         AssemblyError: A or b is not finite: two points coincide, or numbers are absurdly large.
     """
-    try:
-        return np.asarray(np.linalg.lstsq(A, b, rcond=RANK)[0], dtype=float)
-    except np.linalg.LinAlgError:
-        raise AssemblyError(
-            "positions or forces of the machine at its start are no finite numbers",
-            todo="Two points that an element joins may coincide, or a size, mass or target be far too large.",
-        ) from None
+    require_finite(A, b)
+    return np.asarray(np.linalg.lstsq(A, b, rcond=RANK)[0], dtype=float)
 
 
 def _close(rig: Rig, space: Workspace, q0: Array, which: Array, goal: Array) -> Array:

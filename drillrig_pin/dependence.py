@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from drillrig_pin.finite import require_finite
 from drillrig_pin.kinematics import Array
 from drillrig_pin.rig import Rig
 from drillrig_pin.words import listed
@@ -56,6 +57,7 @@ def dependence(rig: Rig, space: Workspace, q: Array, targets: Array) -> Dependen
     zero = np.zeros(rig.model.nv)
     space.update(q, zero)
     J = space.J.copy()
+    require_finite(J)
     loose = dependent_rows(J, NEAR)
     if not loose:
         return Dependence()

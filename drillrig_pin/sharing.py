@@ -16,6 +16,7 @@ import numpy as np
 
 from drillrig_pin.assembly import least_norm
 from drillrig_pin.dependence import RANK
+from drillrig_pin.finite import require_finite
 from drillrig_pin.kinematics import Array
 
 #: Part of a state of self-stress below which an element or row takes no part in it.
@@ -51,6 +52,7 @@ def share(rows: Array, stiffness: Array, J: Array, needed: Array) -> Shares:
     """
     n, m = len(rows), len(J)
     together = np.vstack([rows, J])
+    require_finite(together, needed)
     stress = _null_space(together.T)
     rigid_stress = _null_space(J.T)
     if not stress.shape[1]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,12 @@ from drillrig_pin import Rig, Scenario, load_rig
 from drillrig_pin.cli import main
 from drillrig_pin.simulation import start_state
 from drillrig_pin.statics import Equilibrium
+
+
+def pytest_configure() -> None:
+    """Hear Ctrl-C also where a shell started the suite deaf to it, in the background: what is tested inherits that."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")

@@ -50,7 +50,10 @@ def test_spoiled_files_end_in_success_or_in_an_error_of_the_package() -> None:
 
 
 def test_a_load_table_that_no_spline_can_follow_is_refused(tmp_path: Path) -> None:
-    for line, words in (("0.02,1e301", "line 4 .* beyond"), ("0.01000000000000001,1", "does not increase at line 4")):
+    for line, words in (
+        ("0.02,1e301", "line 4 .* beyond"),
+        ("0.01000000000000001,1\n0.01000000000000002,2", "does not increase at line 5"),
+    ):
         rows = seeds.LOAD_TABLE.decode().splitlines()
         rows[3] = line
         (tmp_path / "rig.urdf").write_bytes(seeds.model_with_table())

@@ -18,7 +18,7 @@ LAYERS: list[tuple[str, ...]] = [
     ("model.", "yamlfile", "series"),
     ("storage", "tree_data"),
     ("kinematics",),
-    ("arrays",),
+    ("arrays", "finite"),
     ("coordinates",),
     ("elements.",),
     ("declarations", "constraints"),

@@ -69,7 +69,7 @@ def check(
                 str(problem), markup=False, style="red" if problem.severity == "error" else "yellow", soft_wrap=True
             )
         verdict = f"{_count(errors, 'error')}, {_count(warnings, 'warning')}"
-        out.print(f"{model}: {verdict if problems else 'nothing wrong found'}.", markup=False)
+        out.print(f"{model}: {verdict if problems else 'nothing wrong found'}.", markup=False, soft_wrap=True)
     if errors:
         raise typer.Exit(FAILED)
 

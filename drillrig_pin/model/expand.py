@@ -61,7 +61,7 @@ def expand(path: Path, arguments: Mapping[str, Any], packages: Mapping[str, str 
 
 
 def refuse_xacro(document: minidom.Document, todo: str) -> None:
-    """Refuse a document in which an element or attribute of xacro is really used; its namespace alone is none.
+    """Refuse a document in which an element, attribute or expression of xacro is really used; its namespace is none.
 
     Raises:
         ModelError: with the line of the first one.
@@ -72,6 +72,13 @@ def refuse_xacro(document: minidom.Document, todo: str) -> None:
             what = f"<{used[0]}>" if used[0] == element.tagName else f"the attribute {used[0]!r}"
             where = read_stamp(element.getAttribute(STAMP))
             raise ModelError(f"{what} needs xacro, and this file is read without", where=where, todo=todo)
+        held = [name for name, text in element.attributes.items() if "${" in text or "$(" in text]
+        if held:
+            raise ModelError(
+                f"<{element.tagName}> {held[0]} holds an expression of xacro, and this file is read without",
+                where=read_stamp(element.getAttribute(STAMP)),
+                todo=todo,
+            )
 
 
 def _run_xacro(path: Path, arguments: Mapping[str, Any], packages: Mapping[str, str | Path]) -> Expanded:
