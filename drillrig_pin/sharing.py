@@ -75,7 +75,10 @@ def _least_energy(rows: Array, stiffness: Array, J: Array, needed: Array) -> Arr
     if len(J):
         U, values, _ = np.linalg.svd(J.T, full_matrices=False)
         U = U[:, values > RANK * values.max(initial=0.0)]
-        weighted, wanted = weighted - U @ (U.T @ weighted), wanted - U @ (U.T @ wanted)
+        left = weighted - U @ (U.T @ weighted)
+        # What the rigid rows span they carry alone. The rounding left of such a column is no direction to carry in.
+        left[:, np.linalg.norm(left, axis=0) <= RANK * np.linalg.norm(weighted, axis=0)] = 0.0
+        weighted, wanted = left, wanted - U @ (U.T @ wanted)
     return np.asarray(root * least_norm(weighted, wanted)) if len(rows) else np.zeros(0)
 
 

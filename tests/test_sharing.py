@@ -127,3 +127,14 @@ def test_the_shipped_machine_is_determinate() -> None:
 
     rest = start_state(load_rig("mkz49"), Scenario())
     assert (rest.shared, rest.spread) == ((), {})
+
+
+@pytest.mark.parametrize("order", [[0, 1], [1, 0]])
+def test_elements_whose_direction_a_rigid_row_spans_leave_all_of_it_to_the_row(order: list[int]) -> None:
+    # Gradients one rounding apart: what a projection leaves of them is rounding, too, and must not carry.
+    rows = np.array([[0, 0, 0.047744889509533574], [0, 0, 0.047744889509533581]])[order]
+    J = np.array([[0, 0, -0.20364499528480623], [-0.115, 0.367, 0.0]])
+    shares = share(rows, np.array([300.0, 14739.3])[order], J, np.array([-1.9, 5.9, -27.5]))
+    # Rounding of 27.5 N over a lever of 0.05.
+    np.testing.assert_allclose(shares.elastic, 0.0, atol=1e-9)
+    assert shares.rigid[0] == pytest.approx(27.5 / 0.20364499528480623, rel=1e-9)
