@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import multiprocessing
 import os
 import signal
@@ -131,7 +132,10 @@ class ClusterPool:
     """
 
     local = False
+    #: Until the first worker is there [s].
     PATIENCE = 30
+    #: Until a scheduler that listens, but is busy, answers [s]. One that does not listen refuses at once.
+    SLOW = 300
 
     def __init__(self, address: str) -> None:
         import logging
@@ -142,9 +146,10 @@ class ClusterPool:
         logging.getLogger("distributed").setLevel(logging.CRITICAL)
         self.address = address
         try:
+            _require_listener(address, self.SLOW)
             make: Any = distributed.Client
-            self._client: Any = make(address, timeout=5, set_as_default=False)
-        except (OSError, TimeoutError, ValueError) as error:
+            self._client: Any = make(address, timeout=self.SLOW, set_as_default=False)
+        except (OSError, ValueError) as error:
             raise BatchError(
                 f"no scheduler answers ({' '.join(str(error).split())[:120]})",
                 where=address,
@@ -153,10 +158,13 @@ class ClusterPool:
         try:
             self._client.wait_for_workers(1, timeout=self.PATIENCE)
         except TimeoutError:
-            self._client.close()
+            self.close()
             raise BatchError(
                 "the scheduler has no workers", where=address, todo=f"Start some with: dask worker {address}"
             ) from None
+        except OSError:
+            self.close()
+            raise self._gone() from None
 
     @property
     def workers(self) -> int:
@@ -190,7 +198,20 @@ class ClusterPool:
 
     def close(self) -> None:
         """Give up what is under way."""
-        self._client.close(timeout=2)
+        # A scheduler that is gone cannot be told, and need not be.
+        with contextlib.suppress(OSError):
+            self._client.close(timeout=2)
+
+
+def _require_listener(address: str, patience: float) -> None:
+    """OSError if nothing listens there: Dask would try again until its patience ends."""
+    import socket
+
+    from distributed.comm.addressing import parse_address, parse_host_port
+
+    scheme, place = parse_address(address)
+    if scheme in ("tcp", "tls"):
+        socket.create_connection(parse_host_port(place, 8786), timeout=patience).close()
 
 
 def cause_of(future: Any) -> BaseException | None:
