@@ -13,6 +13,7 @@ from xml.sax.saxutils import escape
 from drillrig_pin.errors import ModelError, Source, legal_names
 from drillrig_pin.files import MODEL_SUFFIXES, shipped_models
 from drillrig_pin.model.beside import NAMED_IN, folders
+from drillrig_pin.model.document_text import document_text
 from drillrig_pin.model.expand import expand, refuse_xacro
 from drillrig_pin.model.meshes import settle_meshes
 from drillrig_pin.model.nodes import (
@@ -187,10 +188,7 @@ def _content(document: minidom.Document, path: str, folder: Path | None) -> tupl
     if folder is not None:
         settle_meshes(element, folder)
     root = take_nodes(element)
-    text = '<?xml version="1.0"?>\n' + "\n".join(
-        line for line in element.toprettyxml(indent="  ").splitlines() if line.strip()
-    )
-    return root, text + "\n", read
+    return root, document_text(element), read
 
 
 def _drop_comments(element: minidom.Element) -> None:

@@ -155,5 +155,6 @@ def take_nodes(element: minidom.Element) -> Node:
         element.removeAttribute(STAMP)
         source = read_stamp(stamp)
     children = tuple(take_nodes(child) for child in element.childNodes if child.nodeType == child.ELEMENT_NODE)
-    text = "".join(child.data for child in element.childNodes if child.nodeType == child.TEXT_NODE).strip()
+    # A CDATA section is text as well.
+    text = "".join(child.data for child in element.childNodes if isinstance(child, minidom.Text)).strip()
     return Node(element.tagName, dict(element.attributes.items()), children, text, source)
