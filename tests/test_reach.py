@@ -8,11 +8,14 @@ import pytest
 from command import Command
 
 from drillrig_pin.batch.idle import idle_axes
+from drillrig_pin.batch.runner import run_study
 from drillrig_pin.batch.study import Study
 from drillrig_pin.files import shipped_models
 from drillrig_pin.model.modelfile import read_model
 from drillrig_pin.model.ranges import read_ranges
 from drillrig_pin.model.reach import Reach, reach
+from drillrig_pin.studyreport.content import gather
+from drillrig_pin.studyreport.subject import read_subject
 
 NUMBERS = ("mass", "base_mass", "paint", "spare", "eye", "along", "across", "push", "unread")
 MODEL = """<robot name="bob" xmlns:xacro="http://www.ros.org/wiki/xacro">
@@ -81,6 +84,16 @@ def test_axis_without_effect_is_said_before_a_study_runs(path: Path) -> None:
     axes = [{"name": f"model.{name}", "list": [1.0, 2.0]} for name in ("paint", "mass")]
     (words,) = idle_axes(Study(model=str(path), scenario={"model": str(path)}, axes=axes))
     assert "model.paint changes nothing that acts" in words
+
+
+def test_axis_without_effect_is_said_in_the_report_of_its_study(path: Path, tmp_path: Path) -> None:
+    axes = [{"name": "model.paint", "list": [1.0, 2.0]}]
+    study = Study(scenario={"model": str(path), "duration": 0.1}, axes=axes, metrics=["trust.*"])
+    run_study(study, tmp_path, workers=1)
+    said = [statement for statement in gather(read_subject(tmp_path)).statements if statement.title == "Without effect"]
+    assert [statement.sentence.split(",")[0] for statement in said] == [
+        "model.paint changes nothing that acts on the machine"
+    ]
 
 
 def test_no_shipped_range_is_offered_for_a_number_without_effect() -> None:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import TypeAdapter
 
 from drillrig_pin.batch.cases import Case, Plan
+from drillrig_pin.batch.idle import idle_axes
 from drillrig_pin.batch.worker import TRIED_AGAIN, Answer
 from drillrig_pin.errors import ResultFileError
 from drillrig_pin.files import lock_folder, saving
@@ -108,6 +109,7 @@ class Store:
         import pyarrow.parquet
 
         table = table_so_far(self.folder, plan)
+        table = table.replace_schema_metadata(table.schema.metadata | {"idle": json.dumps(idle_axes(plan.study))})
         target = self.folder / TABLE
         with saving(target, where=target, todo=self._safe) as aside:
             pyarrow.parquet.write_table(table, aside)

@@ -32,6 +32,7 @@ class StudyTable:
         units: units of the metrics and of some other columns.
         versions: of the software that computed it.
         total: cases the study has; more than rows if it was interrupted.
+        idle: a sentence for every axis that cannot change a result, see :mod:`drillrig_pin.batch.idle`.
     """
 
     folder: Path
@@ -41,6 +42,7 @@ class StudyTable:
     units: dict[str, str] = field(repr=False)
     versions: dict[str, str] = field(repr=False)
     total: int
+    idle: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         """Rows there are."""
@@ -179,6 +181,7 @@ def read_table(folder: str | Path) -> StudyTable:
             json.loads(about["units"]),
             json.loads(about["versions"]),
             int(about["cases"]),
+            tuple(map(str, json.loads(about.get("idle", "[]")))),
         )
     except (OSError, ValueError, KeyError, DrillrigError, pyarrow.ArrowException) as error:
         reason = " ".join(str(error).split())[:200]

@@ -124,12 +124,19 @@ def _statements(subject: StudySubject, judgements: Mapping[int, Judgement]) -> I
             f"worst {quantity(high, unit)} in {_at(subject, ranked[0])}{ratio}."
         )
         yield Statement(Level.NOTE, "Best and worst", sentence)
+    yield from _without_effect(subject)
     yield from _what_matters(subject)
     yield from _limits(subject, judgements)
     yield _completeness(subject)
     yield from _doubts(subject)
     yield from _assumptions(subject)
     yield from _noise(subject)
+
+
+def _without_effect(subject: StudySubject) -> Iterator[Statement]:
+    """Axes that no result can depend on: what is seen along them comes from something else."""
+    if subject.table.idle:
+        yield Statement(Level.NEAR, "Without effect", f"{'; '.join(subject.table.idle)}.")
 
 
 def _what_matters(subject: StudySubject) -> Iterator[Statement]:
