@@ -248,17 +248,19 @@ class Trajectory:
     def to_csv(self, path: str | Path) -> None:
         """Write all variables as one table, a column each, named ``variable.label [unit]``.
 
-        A run that is not valid to its end has a last column more: 1 while it is, 0 from then on.
+        A run that is not valid to its end has a column more: 1 while it is, 0 from then on. So has one whose samples
+        are too few to show its loads, see :attr:`samples_show_loads`: 0 in every row.
         """
         names, table = self._flat()
         write_csv(Path(path), names, table)
 
     def to_mat(self, path: str | Path) -> None:
-        """Write arrays, labels and units to a MATLAB 5 file."""
+        """Write arrays, labels and units to a MATLAB 5 file, and whether the samples are enough to show the loads."""
         content: dict[str, Any] = {"time": self.time[:, None], **self.arrays}
         content["labels"] = {dim: np.array(words, dtype=object) for dim, words in self.labels.items()}
         content["units"] = {name: meaning.unit for name, meaning in VARIABLES.items()}
         content |= {"content_hash": self.content_hash, **self._doubt()}
+        content["samples_show_loads"] = float(self.samples_show_loads)
         write_mat(Path(path), content)
 
     def _flat(self) -> tuple[list[str], Array]:
@@ -275,6 +277,9 @@ class Trajectory:
         if self.outcome.valid_until is not None:
             names.append("valid [1 or 0]")
             columns.append((self.time[:, None] < self.outcome.valid_until).astype(float))
+        if not self.samples_show_loads:
+            names.append("samples_show_loads [1 or 0]")
+            columns.append(np.zeros((len(self.time), 1)))
         return names, np.hstack(columns)
 
 

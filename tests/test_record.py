@@ -11,6 +11,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from rigs import point_mass
+from scipy.io import loadmat
 
 from drillrig_pin import Rig, Scenario, Trajectory, load_rig_text, load_trajectory, simulate
 from drillrig_pin.errors import ResultSizeError
@@ -181,6 +182,15 @@ def test_a_file_from_before_there_was_a_record_says_that_it_holds_samples_only(r
 
 @pytest.mark.parametrize(("frequency", "shown"), [(None, True), (0.0, True), (400.0, True), (401.0, False)])
 def test_samples_show_a_load_of_up_to_four_tenths_of_the_output_rate(
-    run: Trajectory, frequency: float | None, shown: bool
+    run: Trajectory, frequency: float | None, shown: bool, tmp_path: Path
 ) -> None:
-    assert replace(run, load_frequency=frequency).samples_show_loads is shown
+    run = replace(run, load_frequency=frequency)
+    assert run.samples_show_loads is shown
+    # Whoever opens the samples elsewhere is told there.
+    run.to_csv(tmp_path / "run.csv")
+    run.to_mat(tmp_path / "run.mat")
+    with (tmp_path / "run.csv").open() as table:
+        names, first = (next(table).strip().split(",") for _ in range(2))
+    told = dict(zip(names, first, strict=True)).get("samples_show_loads [1 or 0]")
+    assert told is None if shown else float(told) == 0.0
+    assert bool(loadmat(tmp_path / "run.mat")["samples_show_loads"].item()) is shown
