@@ -23,7 +23,7 @@ from processes import PATIENCE, wait_for
 from drillrig_pin import load_rig, load_scenario, load_trajectory, simulate
 from drillrig_pin.analysis.series import extremes
 from drillrig_pin.batch.cases import unfold
-from drillrig_pin.batch.pools import BatchError, DiedError, LocalPool, TimeOutError, cause_of
+from drillrig_pin.batch.pools import BatchError, DiedError, LocalPool, TimeOutError, outcome_of
 from drillrig_pin.batch.runner import run_study
 from drillrig_pin.batch.store import Store
 from drillrig_pin.batch.study import Study, load_study
@@ -129,8 +129,8 @@ def test_a_worker_that_hangs_is_killed_and_one_that_dies_is_replaced() -> None:
     pool = LocalPool(1)
     try:
         hung, died = pool.submit(0.5, time.sleep, 60), pool.submit(10, os._exit, 7)
-        assert isinstance(cause_of(hung), TimeOutError)
-        assert isinstance(cause_of(died), DiedError)
+        assert isinstance(outcome_of(hung)[1], TimeOutError)
+        assert isinstance(outcome_of(died)[1], DiedError)
         assert pool.submit(10, abs, -3).result(PATIENCE) == 3
     finally:
         pool.close()

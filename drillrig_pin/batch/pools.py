@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import multiprocessing
 import os
 import signal
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future
+from concurrent.futures import CancelledError, Future
 from typing import Any, Protocol
 
 from drillrig_pin.errors import DrillrigError
@@ -21,6 +22,11 @@ ENVIRONMENT = {
     "MALLOC_MMAP_THRESHOLD_": str(32 << 20),
     "MALLOC_TRIM_THRESHOLD_": str(512 << 20),
 }
+
+
+#: How Dask says that a connection is no more. Timeouts and closed sockets are OSErrors; a closed loop or client is a
+#: RuntimeError; a question that its loop cancels in the middle leaves no answer to return: UnboundLocalError.
+BROKEN = (OSError, RuntimeError, CancelledError, asyncio.CancelledError, UnboundLocalError)
 
 
 class BatchError(DrillrigError):
@@ -47,7 +53,7 @@ class Pool(Protocol):
         """Whether the workers see the files of this machine."""
 
     def submit(self, timeout: float | None, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
-        """Start a task; the future fails with :class:`TimeOutError` or :class:`DiedError`, see :func:`cause_of`."""
+        """Start a task; see :func:`outcome_of` for what comes of it."""
 
     def require_alive(self) -> None:
         """Raise :class:`BatchError` if no task will ever be answered."""
@@ -127,8 +133,10 @@ def _in_main_thread() -> bool:
 class ClusterPool:
     """Workers of a Dask cluster. They need the same version of this package, and model files at the same paths.
 
+    Whatever breaks between here and there comes out as :class:`BatchError`: its libraries tell of it in many ways.
+
     Raises:
-        BatchError: no scheduler answers, or it has no workers.
+        BatchError: no scheduler answers, it is of another version, or it has no workers.
     """
 
     local = False
@@ -145,15 +153,20 @@ class ClusterPool:
         # What it would tell of a lost connection, at length, is said in one sentence here.
         logging.getLogger("distributed").setLevel(logging.CRITICAL)
         self.address = address
+        self._broken = (*BROKEN, distributed.client.ClosedClientError)
         try:
             _require_listener(address, self.SLOW)
             make: Any = distributed.Client
             self._client: Any = make(address, timeout=self.SLOW, set_as_default=False)
-        except (OSError, ValueError) as error:
+        except ImportError as error:
             raise BatchError(
-                f"no scheduler answers ({' '.join(str(error).split())[:120]})",
+                f"the scheduler cannot be used ({_in_short(error)})",
                 where=address,
-                todo="Start one with: dask scheduler",
+                todo="Scheduler, workers and this command need the same versions.",
+            ) from None
+        except (*self._broken, TypeError, ValueError) as error:
+            raise BatchError(
+                f"no scheduler answers ({_in_short(error)})", where=address, todo="Start one with: dask scheduler"
             ) from None
         try:
             self._client.wait_for_workers(1, timeout=self.PATIENCE)
@@ -162,16 +175,16 @@ class ClusterPool:
             raise BatchError(
                 "the scheduler has no workers", where=address, todo=f"Start some with: dask worker {address}"
             ) from None
-        except OSError:
+        except self._broken:
             self.close()
             raise self._gone() from None
 
     @property
     def workers(self) -> int:
-        """Threads of all workers there are now."""
+        """Threads of all workers there are now; 1 if nobody can say."""
         try:
             threads: dict[str, int] = self._client.nthreads()
-        except OSError:
+        except self._broken:
             return 1
         return max(1, sum(threads.values()))
 
@@ -179,7 +192,7 @@ class ClusterPool:
         """See :class:`Pool`. A task of a cluster cannot be killed from here: the worker itself watches the time."""
         try:
             task: Future[Any] = self._client.submit(function, *arguments, pure=False)
-        except OSError:
+        except self._broken:
             # The connection broke before the client noticed.
             raise self._gone() from None
         return task
@@ -198,9 +211,13 @@ class ClusterPool:
 
     def close(self) -> None:
         """Give up what is under way."""
-        # A scheduler that is gone cannot be told, and need not be.
-        with contextlib.suppress(OSError):
+        # A scheduler that is gone cannot be told, and need not be. Its client may then doubt its state: AssertionError.
+        with contextlib.suppress(*self._broken, AssertionError):
             self._client.close(timeout=2)
+
+
+def _in_short(error: BaseException) -> str:
+    return " ".join(str(error).split())[:120] or type(error).__name__
 
 
 def _require_listener(address: str, patience: float) -> None:
@@ -214,14 +231,24 @@ def _require_listener(address: str, patience: float) -> None:
         socket.create_connection(parse_host_port(place, 8786), timeout=patience).close()
 
 
-def cause_of(future: Any) -> BaseException | None:
-    """Why a task has no result, in the words of this module; None if it has one."""
+def outcome_of(future: Any) -> tuple[Any, BaseException | None]:
+    """What a task gave, or why it gave nothing, in the words of this module.
+
+    Nothing is raised: also an answer that is there, but cannot be fetched any more, is a reason.
+    """
     if future.cancelled():
-        return DiedError("cancelled")
-    error: BaseException | None = future.exception()
+        return None, DiedError("cancelled")
+    try:
+        error: BaseException | None = future.exception()
+        if error is None:
+            return future.result(), None
+    except BROKEN as lost:
+        return None, DiedError(f"its answer did not arrive: {_in_short(lost)}")
+    except Exception as unreadable:
+        return None, unreadable
     if isinstance(error, TimeoutError):
-        return TimeOutError(str(error))
-    if error is not None and type(error).__name__ in ("ProcessExpired", "BrokenProcessPool", "KilledWorker"):
+        return None, TimeOutError(str(error))
+    if type(error).__name__ in ("ProcessExpired", "BrokenProcessPool", "KilledWorker"):
         code = getattr(error, "exitcode", None)
-        return DiedError(f"exit code {code}" if code is not None else str(error))
-    return error
+        return None, DiedError(f"exit code {code}" if code is not None else str(error))
+    return None, error

@@ -14,7 +14,7 @@ from typing import Any, Self
 
 from drillrig_pin.batch.asked import no_such_metric, unmatched
 from drillrig_pin.batch.cases import Case, Plan, Question
-from drillrig_pin.batch.pools import ClusterPool, DiedError, LocalPool, Pool, TimeOutError, cause_of
+from drillrig_pin.batch.pools import ClusterPool, DiedError, LocalPool, Pool, TimeOutError, outcome_of
 from drillrig_pin.batch.store import Store
 from drillrig_pin.batch.study import Study
 from drillrig_pin.batch.summary import Tally
@@ -149,8 +149,8 @@ class Session:
             while not future.done():
                 self.pool.require_alive()
                 time.sleep(0.02)
-            cause = cause_of(future)
-            found += future.result() if cause is None else [Answer(question.key, FAILED, str(cause))]
+            answers, cause = outcome_of(future)
+            found += answers if cause is None else [Answer(question.key, FAILED, str(cause))]
         return found
 
     def _require_matched(self, *, ended: bool) -> None:
@@ -214,9 +214,9 @@ class Session:
 
     def _receive(self, future: Any, chunk: _Chunk, keeping: bool) -> list[_Chunk]:
         """Record what came back; gives what has to be sent again."""
-        cause = cause_of(future)
+        answers, cause = outcome_of(future)
         if cause is None:
-            self._record(future.result(), chunk)
+            self._record(answers, chunk)
             return []
         self.pool.require_alive()
         if isinstance(cause, UnsavedError):

@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Callable, Hashable
 from typing import Any
 
-from drillrig_pin.batch.pools import LocalPool, TimeOutError, cause_of
+from drillrig_pin.batch.pools import LocalPool, TimeOutError, outcome_of
 from drillrig_pin.service.problems import Problem, ServiceError
 from drillrig_pin.service.rendering import Made, guarded
 from drillrig_pin.service.runs import PRELOAD
@@ -78,10 +78,10 @@ class Desk:
 
 async def _told(future: Any) -> Made:
     await asyncio.wait([asyncio.wrap_future(future)])
-    cause = cause_of(future)
+    made: Made
+    made, cause = outcome_of(future)
     if isinstance(cause, TimeOutError):
         raise ServiceError(503, f"making it took longer than {TIME:g} s", headers={"Retry-After": "60"})
     if cause is not None:
         raise ServiceError(503, "the process that made it ended", todo="Try again.", headers={"Retry-After": "1"})
-    made: Made = future.result()
     return made

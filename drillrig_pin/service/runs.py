@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from drillrig_pin.batch.pools import BatchError, ClusterPool, DiedError, LocalPool, Pool, TimeOutError, cause_of
+from drillrig_pin.batch.pools import BatchError, ClusterPool, DiedError, LocalPool, Pool, TimeOutError, outcome_of
 from drillrig_pin.batch.worker import warm
 from drillrig_pin.errors import DrillrigError, ResultFileError, ScenarioError, SimulationError
 from drillrig_pin.files import write_aside
@@ -168,7 +168,7 @@ class RunCarrier:
         return self._pool
 
     def _ending(self, future: Any, folder: Path) -> Ending:
-        cause = cause_of(future)
+        answer, cause = outcome_of(future)
         if isinstance(cause, TimeOutError):
             error = LimitError(f"the run took longer than {self.settings.limits.job_time:g} s and was stopped")
             return Ending(problem=problem_of(error).model_dump(), passing=True)
@@ -180,7 +180,6 @@ class RunCarrier:
                 f"the workers could not carry it out ({why})", todo="They need the same version of this package."
             )
             return Ending(problem=problem_of(wrong).model_dump(), passing=True)
-        answer = future.result()
         try:
             for name, content in answer.files.items():
                 with write_aside(folder / name) as aside:
