@@ -54,6 +54,7 @@ def run_view(service: Service, job: Job, *, full: bool = True) -> RunView:
         model=job.model,
         arguments=job.request["arguments"],
         scenario=scenario if full else None,
+        lock=scenario.get("lock", []),
         created=job.created,
         started=job.started,
         finished=job.finished,

@@ -167,6 +167,7 @@ class RunView(BaseModel):
     model: str
     arguments: dict[str, float | str]
     scenario: dict[str, Any] | None = Field(None, description="all its fields; not in lists")
+    lock: list[str] = Field(default_factory=list, description="joints locked beyond those of the model")
     created: float = Field(description="seconds since 1970")
     started: float | None
     finished: float | None

@@ -40,6 +40,11 @@ export function changesLabel(given, units = {}, most = 3) {
   return entries.length > most ? `${words.join(", ")} … +${entries.length - most}` : words.join(", ");
 }
 
+/** Joints that a run locks beyond its model, as a fact of it; nothing without. */
+export function locksLabel(run) {
+  return run.lock?.length ? t("runs.locked", {joints: run.lock.join(", ")}) : null;
+}
+
 /** A number of a model as it is typed, with its unit; a word as it is. */
 export function typedWords(value, unit) {
   if (unit === undefined || unit === "word" || typeof value !== "number") return String(value);

@@ -20,11 +20,17 @@ function verdict(record, found, numbers) {
   const silent = level === "bad" && !told.length;
   return h("section", {"aria-labelledby": "verdict-title"},
     h("h2", {id: "verdict-title"}, t("result.verdict")),
-    h("p", {class: `headline ${level}`}, t(`headline.${found.valid === false ? "invalid" : level}`)),
+    h("p", {class: `headline ${level}`}, t(`headline.${headlineOf(found, level)}`)),
     told.length ? h("ul", {class: "watch"}, told.map(({level: its, words}) => h("li", {}, h("span", {class: `badge ${its}`}, t(`level.${its}`)), words))) : null,
     cards(keyNumbers(numbers)),
     trust(found, numbers),
     found.findings.length ? h("details", {open: silent}, h("summary", {}, t("result.findings", {n: found.findings.length})), h("ul", {class: "findings", lang: "en"}, found.findings.map(finding))) : null);
+}
+
+/** Which sentence the whole comes to, as in the report: invalid before bad before not steady before near a limit. */
+function headlineOf(found, level) {
+  if (found.valid === false) return "invalid";
+  return level === "near" && found.steadiness?.steady === false ? "unsteady" : level;
 }
 
 /** What is near or over a limit, or went wrong, in the reader's words. */

@@ -3,7 +3,7 @@
 import {cancelRun, deleteRun, figures, fileOf, metrics, run} from "../api.js";
 import {h} from "../dom.js";
 import {t, currentLanguage} from "../i18n.js";
-import {changesLabel} from "../labels.js";
+import {changesLabel, locksLabel} from "../labels.js";
 import {carefulButton, ended, notice, statusBadge} from "../parts.js";
 import {moment, number, percentWords, plain, withUnit} from "../units.js";
 import {go, show} from "../router.js";
@@ -36,7 +36,7 @@ function head(record, units) {
   const again = h("a", {class: "button main", href: `#/new?from=${record.id}`}, t("run.again"));
   const other = ended(record) ? h("a", {class: "button", href: `#/studies/new?from=${record.id}`}, t("run.sweep")) : null;
   const remove = ended(record) ? carefulButton(t("run.delete"), t("run.delete_sure"), async () => { await deleteRun(record.id); go("/"); }) : null;
-  const facts = [record.model, changes ? record.name : t("runs.unchanged"), withUnit(plain(record.scenario.duration), "s"), moment(record.created, currentLanguage())];
+  const facts = [record.model, changes ? record.name : t("runs.unchanged"), locksLabel(record), withUnit(plain(record.scenario.duration), "s"), moment(record.created, currentLanguage())].filter(Boolean);
   return h("div", {class: "top"},
     h("div", {}, h("h1", {}, changes || record.name), h("p", {class: "facts"}, facts.join(" · "))),
     h("div", {class: "actions"}, again, other, remove));

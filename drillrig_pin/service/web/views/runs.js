@@ -3,7 +3,7 @@
 import {cancelRun, deleteRun, runs} from "../api.js";
 import {announce, freshId, h, settled, table} from "../dom.js";
 import {currentLanguage, t} from "../i18n.js";
-import {changesLabel, quantityLabel} from "../labels.js";
+import {changesLabel, locksLabel, quantityLabel} from "../labels.js";
 import {carefulButton, ended, numberOf, progressBar, statusBadge, verdictBadge} from "../parts.js";
 import {go, query} from "../router.js";
 import {moment, plain, withUnit} from "../units.js";
@@ -102,7 +102,7 @@ function box(run, state, pick) {
 
 function what(run, units) {
   const changes = changesLabel(run.arguments, units);
-  return [h("a", {href: `#/runs/${run.id}`, "data-key": `open-${run.id}`}, changes || run.name), h("p", {class: "facts"}, [run.model, changes ? run.name : t("runs.unchanged"), run.outcome ? withUnit(plain(run.outcome.time), "s") : null].filter(Boolean).join(" · "))];
+  return [h("a", {href: `#/runs/${run.id}`, "data-key": `open-${run.id}`}, changes || run.name), h("p", {class: "facts"}, [run.model, changes ? run.name : t("runs.unchanged"), locksLabel(run), run.outcome ? withUnit(plain(run.outcome.time), "s") : null].filter(Boolean).join(" · "))];
 }
 
 function how(run) {
