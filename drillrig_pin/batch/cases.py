@@ -12,8 +12,8 @@ from typing import Any
 
 from drillrig_pin.batch.holes import Aim, Hole
 from drillrig_pin.batch.study import MAX_CASES, Study, field_change, require_names
-from drillrig_pin.errors import ScenarioError
-from drillrig_pin.model.modelfile import find_model
+from drillrig_pin.errors import ModelError, ScenarioError
+from drillrig_pin.model.modelfile import find_model, read_model
 from drillrig_pin.scenario import Scenario
 from drillrig_pin.trajectory import versions
 
@@ -53,6 +53,7 @@ class Plan:
         fingerprint: of the model files of all models in the study, by model name.
         cases: in the order of the table.
         purpose: the command that planned the cases.
+        text: the expanded model of the base scenario; empty if it cannot be read with the scenario's arguments.
     """
 
     study: Study
@@ -60,6 +61,7 @@ class Plan:
     fingerprint: dict[str, str]
     cases: list[Case] = field(repr=False)
     purpose: str = "sweep"
+    text: str = field(default="", repr=False)
 
     @property
     def aim(self) -> Aim | None:
@@ -89,6 +91,7 @@ class Asker:
             "metrics": study.all_metrics(),
         }
         self._start = hashlib.sha256(json.dumps(fixed, sort_keys=True).encode())
+        self._text = self.file.text if not self.base.arguments else _expanded(self.base)
         self._aim = ""
         if study.holes is not None:
             self._aim = json.dumps(study.holes.model_dump(mode="json", exclude={"places"}), sort_keys=True)
@@ -109,7 +112,7 @@ class Asker:
 
     def plan(self, cases: list[Case], purpose: str = "sweep") -> Plan:
         """These cases as a plan; the list may grow while it is carried out."""
-        return Plan(self.study, self.base, self.fingerprint, cases, purpose)
+        return Plan(self.study, self.base, self.fingerprint, cases, purpose, self._text)
 
 
 def unfold(study: Study) -> Plan:
@@ -130,6 +133,14 @@ def require_few(study: Study, count: int) -> None:
     """ScenarioError for more cases than anybody can mean."""
     if count > MAX_CASES:
         raise ScenarioError(f"the study has more than {MAX_CASES} cases", where=study.name)
+
+
+def _expanded(base: Scenario) -> str:
+    try:
+        return read_model(base.model, base.arguments).text
+    except ModelError:
+        # Arguments that do not fit together may be set right by what is varied.
+        return ""
 
 
 def model_fingerprint(model: str) -> str:

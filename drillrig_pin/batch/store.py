@@ -190,6 +190,7 @@ def _table(plan: Plan, found: dict[str, Answer]) -> pyarrow.Table:
         "metrics": json.dumps(metrics),
         "versions": json.dumps(versions()),
         "cases": str(len(plan.cases)),
+        "model": plan.text,
     }
     return pyarrow.table(columns).replace_schema_metadata(about)
 

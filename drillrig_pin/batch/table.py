@@ -33,6 +33,7 @@ class StudyTable:
         versions: of the software that computed it.
         total: cases the study has; more than rows if it was interrupted.
         idle: a sentence for every axis that cannot change a result, see :mod:`drillrig_pin.batch.idle`.
+        model: expanded text of the base scenario's model; empty in tables of earlier versions.
     """
 
     folder: Path
@@ -43,6 +44,7 @@ class StudyTable:
     versions: dict[str, str] = field(repr=False)
     total: int
     idle: tuple[str, ...] = ()
+    model: str = field(default="", repr=False)
 
     def __len__(self) -> int:
         """Rows there are."""
@@ -182,6 +184,7 @@ def read_table(folder: str | Path) -> StudyTable:
             json.loads(about["versions"]),
             int(about["cases"]),
             tuple(map(str, json.loads(about.get("idle", "[]")))),
+            about.get("model", ""),
         )
     except (OSError, ValueError, KeyError, DrillrigError, pyarrow.ArrowException) as error:
         reason = " ".join(str(error).split())[:200]

@@ -24,8 +24,10 @@ class Run:
     holes: tuple[tuple[float, float, float], ...] = ()
 
 
-def recalled(paths: Sequence[Path], cases: Sequence[int] | None) -> list[Run]:
+def recalled(paths: Sequence[Path], cases: Sequence[int] | None, *, run_model: bool = False) -> list[Run]:
     """Runs that paths stand for: files, and cases of folders of studies (None: the worst case of each).
+
+    ``run_model``: a case that was not kept may be computed with a xacro file that the study names.
 
     Raises:
         ResultFileError: a file or folder that cannot be used, no such case, or a case without a run.
@@ -37,7 +39,7 @@ def recalled(paths: Sequence[Path], cases: Sequence[int] | None) -> list[Run]:
         )
     found: list[Run] = []
     for path in paths:
-        found += _of_study(path, cases) if path.is_dir() else [_of_file(path)]
+        found += _of_study(path, cases, run_model) if path.is_dir() else [_of_file(path)]
     return found
 
 
@@ -63,7 +65,7 @@ def _holes_around(path: Path) -> tuple[tuple[float, float, float], ...]:
         return ()
 
 
-def _of_study(folder: Path, cases: Sequence[int] | None) -> list[Run]:
+def _of_study(folder: Path, cases: Sequence[int] | None, run_model: bool) -> list[Run]:
     from drillrig_pin.batch.again import other_holes, recall
     from drillrig_pin.batch.table import read_table
 
@@ -71,7 +73,7 @@ def _of_study(folder: Path, cases: Sequence[int] | None) -> list[Run]:
     runs = []
     for case in cases or [_worst(table)]:
         with working(f"computing case {case} again" if case not in table.kept else f"reading case {case}"):
-            found = recall(table, case)
+            found = recall(table, case, run_model=run_model)
         told = case_words(table, case)
         if found.computed:
             where = f"kept as {found.path}" if found.path else f"not kept, as {folder} cannot be written"

@@ -75,6 +75,10 @@ def replay(
     no_open: NoOpen = False,
     host: Host = "127.0.0.1",
     port: Port = None,
+    run_model: Annotated[
+        bool,
+        typer.Option("--run-model", help="Compute a case again with the xacro file that the study names: a program."),
+    ] = False,
     force: Force = False,
     json: Json = False,
 ) -> None:
@@ -103,7 +107,7 @@ def replay(
     for target, kind in ((html, "page"), (video, "film")):
         if target is not None:
             require_target(target, kind, reads=runs, force=force)
-    scene = _scene(recalled(runs, case), options)
+    scene = _scene(recalled(runs, case, run_model=run_model), options)
     for note in scene.notes:
         console(stderr=True).print(f"note: {note}", markup=False, style="yellow", soft_wrap=True)
     if html is not None:

@@ -49,7 +49,7 @@ class Content:
     parameters: tuple[Parameter, ...]
     scenario: list[tuple[str, str, bool, str]]
     command: str
-    reproducible: bool
+    reproducible: bool | None
     versions: Mapping[str, str]
     made: str
 

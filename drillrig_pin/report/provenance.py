@@ -11,6 +11,7 @@ from typing import Any
 from drillrig_pin.analysis.differences import flat
 from drillrig_pin.errors import DrillrigError
 from drillrig_pin.fitting import fitted
+from drillrig_pin.model.foreign import is_data, is_program
 from drillrig_pin.model.modelfile import read_model
 from drillrig_pin.rig import build_rig
 from drillrig_pin.scenario import Scenario
@@ -56,15 +57,18 @@ def scenario_rows(case: Scenario) -> list[tuple[str, str, bool, str]]:
     return rows
 
 
-def asks_the_same(trajectory: Trajectory) -> bool:
+def asks_the_same(trajectory: Trajectory) -> bool | None:
     """Whether the model that the command names is still the one the run was made with.
 
-    It is not if its files were changed since, lie elsewhere, or if the rig was made in Python.
+    It is not if its files were changed since, lie elsewhere, or if the rig was made in Python. None: the run names a
+    xacro file that is not shipped. Whoever made the result chose that file, and looking at a result runs no program.
     """
     case = trajectory.scenario
     try:
         if trajectory.added:
             return False
+        if not is_data(case.model):
+            return None if is_program(case.model) else False
         file = read_model(case.model, trajectory.arguments)
         return (fitted(build_rig(file), case).file if case.lock else file).text == trajectory.model
     except DrillrigError:
