@@ -13,6 +13,7 @@ from xml.dom import minidom
 
 from drillrig_pin.errors import ModelError, Source, legal_names
 from drillrig_pin.model.beside import Names, naming
+from drillrig_pin.model.budget import ELEMENT
 from drillrig_pin.model.nodes import STAMP, parse_file, read_stamp, root_element, short_path
 from drillrig_pin.model.problem import Problem
 from drillrig_pin.model.xacro_memory import remembering
@@ -21,6 +22,8 @@ from drillrig_pin.model.xacro_words import XACRO_TAGS, explain
 
 # xacro keeps its arguments and its stack of open files in module globals: one expansion at a time.
 _XACRO = threading.Lock()
+#: Files that include one another, the one in the other.
+MAX_INCLUDES = 30
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +87,8 @@ def refuse_xacro(document: minidom.Document, todo: str) -> None:
 def _run_xacro(path: Path, arguments: Mapping[str, Any], packages: Mapping[str, str | Path]) -> Expanded:
     import xacro
 
+    from drillrig_pin.model.xacro_guard import count, guarding
+
     declared: set[str] = set()
     bare: dict[tuple[str, str], Source] = {}
 
@@ -94,7 +99,10 @@ def _run_xacro(path: Path, arguments: Mapping[str, Any], packages: Mapping[str, 
             # As xacro's own parser does, so that an optional include may be missing.
             xacro.filestack.pop()
             raise xacro.XacroException(exc=FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), filename))
+        if len(xacro.filestack) > MAX_INCLUDES:
+            raise ModelError(f"{short_path(filename)} includes itself without end", where=trace.place)
         document = parse_file(filename)
+        budget.spend(ELEMENT // 4 * count(root_element(document)))
         names.note(document, filename)
         for element in document.getElementsByTagName("*"):
             if element.tagName == "xacro:arg":
@@ -106,15 +114,23 @@ def _run_xacro(path: Path, arguments: Mapping[str, Any], packages: Mapping[str, 
     mappings = {name: _as_text(value) for name, value in arguments.items()}
     # The path a person gave is kept as it is: `..` after a link leads elsewhere once it is worked out in letters.
     path = path.absolute()
-    with _XACRO, remembering(xacro), naming(xacro) as names, tracing(xacro, path, packages) as trace:
+    with (
+        _XACRO,
+        remembering(xacro),
+        naming(xacro) as names,
+        tracing(xacro, path, packages) as trace,
+        guarding(xacro) as budget,
+    ):
         # xacro offers no hook for line numbers: its parser is replaced for the duration of one expansion.
         original, xacro.parse = xacro.parse, stamped_parse
         xacro.all_includes.clear()
         try:
             document = xacro.process_file(str(path), mappings=mappings, verbosity=0)
             files = tuple(dict.fromkeys(map(Path, (path, *xacro.all_includes))))
-        except ModelError:
-            raise
+        except ModelError as error:
+            if error.where is None:
+                error = ModelError(error.what, where=trace.place or short_path(path), todo=error.todo)
+            raise error from None
         except Exception as error:
             # An expression in the file may raise anything; all of it means that the file is at fault.
             raise explain(error, trace, path, declared, bare) from None

@@ -1,22 +1,20 @@
 """What every expansion of a model repeats, kept from one to the next: a study expands the same files a thousand times.
 
-Nothing here changes what xacro computes. Tables of numbers are read again when their file changed, expressions are
-compiled once, and text without a dollar sign, which most of a model is, is not searched for expressions.
+Nothing here changes what xacro computes. Tables of numbers are read again when their file changed.
 """
 
 from __future__ import annotations
 
 import copy
+import errno
+import stat
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import lru_cache
 from pathlib import Path
-from types import CodeType
 from typing import Any
 
 from drillrig_pin.yamlfile import require_plain
 
-_compiled: Callable[..., CodeType] = lru_cache(maxsize=4096)(compile)
 _tables: dict[str, tuple[tuple[int, int], Any]] = {}
 MAX_TABLES = 16
 
@@ -24,26 +22,20 @@ MAX_TABLES = 16
 @contextmanager
 def remembering(xacro: Any) -> Iterator[None]:
     """Put the quicker functions in place for one expansion; the caller sees to it that it is the only one."""
-    read, evaluate = xacro.load_yaml, xacro.eval_text
+    read = xacro.load_yaml
 
     def load_yaml(name: str) -> Any:
         path = xacro.abs_filename_spec(name)
         return copy.deepcopy(_table(xacro, read, path))
 
-    def eval_text(text: str, symbols: Any) -> Any:
-        return evaluate(text, symbols) if "$" in text else text
-
     visible = xacro._global_symbols
     places = [symbols for symbols in (visible, visible["xacro"]) if "load_yaml" in symbols]
     before = [symbols["load_yaml"] for symbols in places]
-    xacro.compile, xacro.eval_text = _compiled, eval_text
     for symbols in places:
         symbols["load_yaml"] = load_yaml
     try:
         yield
     finally:
-        del xacro.compile
-        xacro.eval_text = evaluate
         for symbols, function in zip(places, before, strict=True):
             symbols["load_yaml"] = function
 
@@ -54,6 +46,8 @@ def _table(xacro: Any, read: Callable[[str], Any], path: str) -> Any:
         state = Path(path).stat()
     except OSError:
         return read(path)
+    if not stat.S_ISREG(state.st_mode):
+        raise OSError(errno.EINVAL, "it is no regular file", path)
     stamp = (state.st_mtime_ns, state.st_size)
     known = _tables.get(path)
     if known is not None and known[0] == stamp:

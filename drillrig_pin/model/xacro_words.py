@@ -36,7 +36,7 @@ def explain(
     if isinstance(root, ModelError):
         return ModelError(root.what, where=root.where if root.where is not None else where, todo=root.todo)
     if isinstance(root, RecursionError):
-        what = "the xacro macros call each other without end"
+        what = "the xacro macros call each other without end" if trace.calls else "the model nests without end"
         return ModelError(what + _called_from(trace, inner=True), where=where)
     call = _about_a_call(error, root, trace)
     if call is not None:
