@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import os
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, cast
 
@@ -15,6 +17,7 @@ from starlette.datastructures import Headers
 from starlette.types import Receive, Scope, Send
 
 from drillrig_pin.service.problems import MEDIA_TYPE, Problem
+from drillrig_pin.service.records import Job
 from drillrig_pin.service.service import Service
 
 #: For pages made of a run: they bring their scripts along. The sandbox gives them an origin of their own, so that
@@ -31,7 +34,12 @@ PROBLEMS: dict[int | str, dict[str, Any]] = {
         "description": "The request cannot be carried out; the problem says why (RFC 9457).",
         "model": Problem,
         "content": {MEDIA_TYPE: {}},
-    }
+    },
+    "5XX": {
+        "description": "The server cannot carry it out at the moment; the problem says why (RFC 9457).",
+        "model": Problem,
+        "content": {MEDIA_TYPE: {}},
+    },
 }
 
 PAGE: dict[int | str, dict[str, Any]] = {200: {"content": {"text/html": {}}, "description": "one page"}}
@@ -48,6 +56,15 @@ async def service_of(request: Request) -> Service:
 Served = Annotated[Service, Depends(service_of)]
 RunId = Annotated[str, InPath(alias="id", pattern="^[0-9a-f]{32}$", description="id of the run")]
 StudyId = Annotated[str, InPath(alias="id", pattern="^[0-9a-f]{32}$", description="id of the study")]
+
+
+@contextlib.contextmanager
+def readable(service: Service, job: Job) -> Iterator[None]:
+    """Set a record apart of which the block finds that it holds something else than was written. NotReadableError."""
+    try:
+        yield
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise service.records.set_apart(job.id, job.kind, f"it cannot be shown ({type(error).__name__})") from None
 
 
 def json_answer(view: BaseModel, status: int = 200, **headers: str) -> Response:

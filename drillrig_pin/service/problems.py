@@ -72,13 +72,17 @@ def problem_of(error: DrillrigError, status: int | None = None) -> Problem:
     if status is None:
         status = getattr(error, "status", 409 if isinstance(error, ResultFileError) else 422)
     plain = isinstance(error, ServiceError)
+    where = str(error.where) if error.where is not None else None
+    if where is not None and where.startswith("/"):
+        # The name of a file helps; where on the server it lies is nobody's business.
+        where = where.rpartition("/")[2]
     return Problem(
         type="about:blank" if plain else PREFIX + type(error).__name__,
         title=HTTPStatus(status).phrase,
         status=status,
-        detail=str(error),
+        detail=str(DrillrigError(error.what, where=where, todo=error.todo)),
         what=error.what,
-        where=str(error.where) if error.where is not None else None,
+        where=where,
         todo=error.todo,
         field=getattr(error, "field", None),
     )

@@ -10,15 +10,14 @@ from typing import Any
 from drillrig_pin.errors import DrillrigError, ModelError, ResultFileError
 from drillrig_pin.files import saving
 from drillrig_pin.service.bounds import bounded
+from drillrig_pin.service.kept import ROOM, write_metrics, write_text
 from drillrig_pin.service.problems import ServiceError, problem_of
 from drillrig_pin.service.settings import Limits
 from drillrig_pin.trajectory import Trajectory, load_trajectory
 from drillrig_pin.words import plain
 
-#: The figures a run has, by name, with title and caption.
-FIGURES = "figures.json"
-#: What to do when a file does not fit; where it lies is nothing to tell a client.
-ROOM = "Make room on the server's disk."
+#: How an error begins that says a file is to blame.
+DAMAGED = "not readable"
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,9 +37,20 @@ def guarded(limits: Limits, function: Callable[..., Any], *arguments: Any) -> Ma
     except MemoryError:
         error = ModelError("this needs more memory than the server grants", todo="Ask for less at once.")
         return Made(problem=problem_of(error).model_dump())
+    except OSError as error:
+        full = ServiceError(507, f"it cannot be made ({error.strerror or error})", todo=ROOM)
+        return Made(problem=problem_of(full).model_dump())
     except DrillrigError as error:
-        damaged = isinstance(error, ResultFileError) and "not readable" in error.what
-        return Made(problem=problem_of(error).model_dump(), damaged=damaged)
+        told = isinstance(error, ResultFileError)
+        status = 507 if told and "cannot be written" in error.what else None
+        return Made(problem=problem_of(error, status).model_dump(), damaged=told and DAMAGED in error.what)
+
+
+def metrics(run: Path, target: Path) -> None:
+    """The numbers of the run as one document."""
+    from drillrig_pin.service.measured import measured_document
+
+    write_metrics(measured_document(load_trajectory(run)), target)
 
 
 def csv(run: Path, target: Path) -> None:
@@ -75,6 +85,13 @@ def figure(run: Path, name: str, form: str, folder: Path) -> str:
     return written[0].name
 
 
+def figure_file(run: Path, name: str, form: str, target: Path) -> None:
+    """Draw one figure into a file."""
+    drawn = target.with_name(figure(run, name, form, target.parent))
+    if drawn != target:
+        drawn.replace(target)
+
+
 def report(run: Path, target: Path) -> None:
     """The report of the run as one page."""
     from drillrig_pin.figures.registry import sheets_of
@@ -82,14 +99,19 @@ def report(run: Path, target: Path) -> None:
     from drillrig_pin.report.page import report_page
 
     subject = _subject(run)
-    _write(target, report_page(gather(subject), sheets_of(subject)))
+    write_text(target, report_page(gather(subject), sheets_of(subject)))
 
 
 def replay(runs: list[Path], target: Path) -> None:
     """The machine in motion as one page; a second run is shown as its ghost."""
     from drillrig_pin.replay.page import animation_page
 
-    _write(target, animation_page([load_trajectory(run) for run in runs]))
+    write_text(target, animation_page([load_trajectory(run) for run in runs]))
+
+
+def motion(run: Path, target: Path) -> None:
+    """The machine in one run's motion as one page."""
+    replay([run], target)
 
 
 def compare(runs: list[Path], names: list[str]) -> dict[str, Any]:
@@ -118,9 +140,7 @@ def expanded(path: str, arguments: dict[str, Any]) -> str:
 
 def study_table(table: Path) -> dict[str, Any]:
     """The table of a study as one document: columns, units, which of them are varied, which measured, and the rows."""
-    import pyarrow.parquet
-
-    return _table_document(pyarrow.parquet.read_table(table))
+    return _table_document(_read(table))
 
 
 def study_so_far(study: dict[str, Any], folder: Path) -> dict[str, Any]:
@@ -164,10 +184,41 @@ def _inputs(study: dict[str, Any], columns: list[str]) -> list[str]:
 def study_csv(table: Path, target: Path) -> None:
     """The table of a study as CSV."""
     import pyarrow.csv
+
+    found = _read(table)
+    with saving(target, where=None, todo=ROOM) as aside:
+        pyarrow.csv.write_csv(found, aside)
+
+
+def study_again(study: dict[str, Any], folder: Path, rows: int, target: Path) -> None:
+    """Make the table of a study again of its journal.
+
+    Raises:
+        ResultFileError: the journal is not readable, or holds fewer than so many rows.
+    """
     import pyarrow.parquet
 
+    from drillrig_pin.batch.cases import unfold
+    from drillrig_pin.batch.store import table_so_far
+    from drillrig_pin.batch.study import Study
+
+    try:
+        found = table_so_far(folder, unfold(Study(**study)))
+    except ResultFileError:
+        raise ResultFileError(f"the journal is {DAMAGED}") from None
+    if len(found) < rows:
+        raise ResultFileError(f"{rows - len(found)} cases of the journal are {DAMAGED}")
     with saving(target, where=None, todo=ROOM) as aside:
-        pyarrow.csv.write_csv(pyarrow.parquet.read_table(table), aside)
+        pyarrow.parquet.write_table(found, aside)
+
+
+def _read(table: Path) -> Any:
+    import pyarrow.parquet
+
+    try:
+        return pyarrow.parquet.read_table(table)
+    except (pyarrow.ArrowException, OSError):
+        raise ResultFileError(f"the table is {DAMAGED}") from None
 
 
 def study_report(folder: Path, target: Path) -> None:
@@ -175,6 +226,11 @@ def study_report(folder: Path, target: Path) -> None:
     from drillrig_pin.studyreport.write import write_study_report
 
     write_study_report(folder, target)
+
+
+def study_report_of(table: Path, target: Path) -> None:
+    """The report of the study a table belongs to."""
+    study_report(table.parent, target)
 
 
 def _subject(run: Path) -> Any:
@@ -190,8 +246,3 @@ def _trajectory(run: Path) -> Trajectory:
         why = f"There is nothing to draw. The run ended: {trajectory.outcome}"
         raise ResultFileError("the run holds fewer than two samples", todo=why)
     return trajectory
-
-
-def _write(target: Path, text: str) -> None:
-    with saving(target, where=None, todo=ROOM) as aside:
-        aside.write_text(text, encoding="utf-8")

@@ -27,14 +27,16 @@ TYPES = {
 
 @router.get("/healthz", response_model=Health)
 async def health(service: Served, request: Request) -> Health:
-    """Whether the server lives."""
+    """Whether the server lives, and what its operator should look after."""
     access: Access = request.app.state.access
+    problems = service.problems()
     return Health(
-        status="ok",
+        status="degraded" if problems else "ok",
         version=versions()["drillrig-pin"],
         waiting=service.jobs.waiting,
         running=service.jobs.running,
         login=not access.open,
+        problems=problems,
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 from collections.abc import AsyncIterator
 from pathlib import Path as FilePath
 from typing import Annotated, Any, Literal
@@ -12,15 +13,26 @@ from fastapi.responses import FileResponse
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from drillrig_pin.service import rendering
-from drillrig_pin.service.answers import EVENTS, PAGE, PROBLEMS, RunId, Served, file_answer, json_answer, page_answer
+from drillrig_pin.service.answers import (
+    EVENTS,
+    PAGE,
+    PROBLEMS,
+    RunId,
+    Served,
+    file_answer,
+    json_answer,
+    page_answer,
+    readable,
+)
 from drillrig_pin.service.desk import RefusedError
 from drillrig_pin.service.events import awaited, job_events
+from drillrig_pin.service.job import NotReadableError
+from drillrig_pin.service.kept import METRICS, RESULT, kept
 from drillrig_pin.service.problems import Problem, ServiceError
 from drillrig_pin.service.records import Job
 from drillrig_pin.service.runs import run_job
 from drillrig_pin.service.schemas import FigureView, Id, JobStatus, RunPage, RunRequest, RunView
 from drillrig_pin.service.service import Service
-from drillrig_pin.service.worker import METRICS, RESULT
 
 ENDED: dict[int | str, dict[str, Any]] = {200: {"model": RunView, "description": "It ended already."}}
 router = APIRouter(prefix="/v1", tags=["runs"], responses=PROBLEMS)
@@ -44,6 +56,11 @@ Form = Annotated[Literal["svg", "png"], Path(description="format of the drawing"
 
 def run_view(service: Service, job: Job, *, full: bool = True) -> RunView:
     """A run as clients see it."""
+    with readable(service, job):
+        return _view(service, job, full)
+
+
+def _view(service: Service, job: Job, full: bool) -> RunView:
     summary = job.summary or {}
     scenario = {name: value for name, value in job.request["scenario"].items() if name not in ("model", "arguments")}
     return RunView(
@@ -72,7 +89,7 @@ def submit_run(request: RunRequest, service: Served, response: Response) -> RunV
     """Ask for a run. An identical request is the same run: a finished one is answered at once, with 200."""
     fields = request.scenario.model_dump(exclude_unset=True)
     job = run_job(service.library, service.settings.limits, request.model, request.arguments, fields)
-    job, new = service.jobs.submit(job)
+    job, new = service.submit(job)
     if not new and job.ended:
         response.status_code = 200
     response.headers["Location"] = f"/v1/runs/{job.id}"
@@ -89,8 +106,12 @@ async def list_runs(
 ) -> Response:
     """Runs, latest first."""
     jobs = service.records.jobs("run", search=search, status=status, after=after, limit=limit + 1)
-    items = [run_view(service, job, full=False) for job in jobs[:limit]]
-    return json_answer(RunPage(items=items, next=items[-1].id if len(jobs) > limit else None))
+    items = []
+    for job in jobs[:limit]:
+        with contextlib.suppress(NotReadableError):
+            items.append(run_view(service, job, full=False))
+    after = jobs[limit - 1].id if len(jobs) > limit else None
+    return json_answer(RunPage(items=items, next=after, set_apart=service.records.named_apart("run")))
 
 
 @router.get("/runs/{id}", response_model=RunView)
@@ -118,9 +139,9 @@ def cancel_run(job: Run, service: Served) -> RunView:
 
 
 @router.delete("/runs/{id}", status_code=204, response_class=Response)
-def delete_run(job: Run, service: Served) -> None:
+def delete_run(number: RunId, service: Served) -> None:
     """Forget a run and its files; one under way is stopped."""
-    service.delete(job)
+    service.delete(number, "run")
 
 
 @router.get(
@@ -137,10 +158,10 @@ async def run_result(
 ) -> FileResponse:
     """The result: every sample of every variable."""
     media, name = FORMATS[format]
-    run = await result_file(job, service)
-    path = run if format == "nc" else run.with_suffix(f".{format}")
-    if not path.exists():
-        await made(job, service, (job.id, format), getattr(rendering, format), run, path)
+    if format == "nc":
+        path = await result_file(job, service)
+    else:
+        path = await beside(job, service, name, getattr(rendering, format))
     return file_answer(path, media, f"{job.id[:8]}_{name}")
 
 
@@ -150,8 +171,8 @@ async def run_result(
 )
 async def run_metrics(job: Run, service: Served) -> Response:
     """The numbers of the run with unit, limit and verdict, and what they mean. SI; pressures absolute."""
-    path = (await result_file(job, service)).with_name(METRICS)
-    return Response(path.read_bytes(), media_type="application/json")
+    path = await beside(job, service, METRICS, rendering.metrics)
+    return Response(await asyncio.to_thread(path.read_bytes), media_type="application/json")
 
 
 @router.get("/runs/{id}/figures", response_model=list[FigureView])
@@ -170,10 +191,8 @@ async def run_figures(job: Run, service: Served) -> list[FigureView]:
 )
 async def run_figure(job: Run, service: Served, name: FigureName, form: Form) -> FileResponse:
     """One figure, ready for print."""
-    run = await result_file(job, service)
-    folder = run.with_name("figures")
-    file = await made(job, service, (job.id, name, form), rendering.figure, run, name, form, folder)
-    return file_answer(folder / file, IMAGES[form])
+    path = await beside(job, service, f"figures/{name}.{form}", rendering.figure_file, name, form)
+    return file_answer(path, IMAGES[form])
 
 
 @router.get(
@@ -183,8 +202,7 @@ async def run_figure(job: Run, service: Served, name: FigureName, form: Form) ->
 )
 async def run_report(job: Run, service: Served) -> FileResponse:
     """Verdict, numbers, animation, figures and sources as one page that opens without network."""
-    run = await result_file(job, service)
-    return await _page(job, service, "report", rendering.report, run)
+    return page_answer(await beside(job, service, "report.html", rendering.report))
 
 
 @router.get(
@@ -194,8 +212,7 @@ async def run_report(job: Run, service: Served) -> FileResponse:
 )
 async def run_replay(job: Run, service: Served) -> FileResponse:
     """The machine in motion as one page that opens without network."""
-    run = await result_file(job, service)
-    return await _page(job, service, "replay", rendering.replay, [run])
+    return page_answer(await beside(job, service, "replay.html", rendering.motion))
 
 
 @router.get("/compare", responses={200: {"description": "as drillrig compare --json"}})
@@ -211,12 +228,22 @@ async def compare_runs(
     return found
 
 
-async def _page(job: Job, service: Service, name: str, render: Any, what: Any) -> FileResponse:
-    """A page beside the result file, made when it is first asked for."""
-    path = service.folder(job) / f"{name}.html"
-    if not path.exists():
-        await made(job, service, (job.id, name), render, what, path)
-    return page_answer(path)
+async def beside(job: Job, service: Service, name: str, function: Any, *arguments: Any) -> FilePath:
+    """A file beside the result of a completed run, found to be what was written; else it is made, or made again.
+
+    Args:
+        name: of the file.
+        function: writes it; takes the result file, the arguments, and the file.
+
+    Raises:
+        ServiceError: 409, there is no result; 507, there is no room.
+    """
+    path = service.folder(job) / name
+    if job.status != "completed" or not await asyncio.to_thread(service.sound, job, name):
+        run = await result_file(job, service)
+        digest = await made(job, service, (job.id, name), kept, path, function, run, *arguments, path)
+        await asyncio.to_thread(service.seal, job, name, digest)
+    return path
 
 
 async def made(job: Job, service: Service, key: tuple[str, ...], function: Any, *arguments: Any) -> Any:
@@ -225,7 +252,7 @@ async def made(job: Job, service: Service, key: tuple[str, ...], function: Any, 
         return await service.desk.make(key, function, *arguments)
     except RefusedError as error:
         if error.damaged:
-            raise _repeated(job, service) from None
+            raise await repeated(job, service) from None
         raise
 
 
@@ -238,18 +265,18 @@ async def result_file(job: Job, service: Service) -> FilePath:
     if job.status != "completed":
         why = f": {job.error['what']}" if job.error else ""
         raise ServiceError(409, f"the run has no result, it is {job.status}{why}", where=job.name)
-    path = service.folder(job) / RESULT
-    if not service.known_sound(path, job.digest) and not await asyncio.to_thread(service.sound, path, job.digest):
-        raise _repeated(job, service)
-    return path
+    if not await asyncio.to_thread(service.sound, job, RESULT):
+        raise await repeated(job, service)
+    return service.folder(job) / RESULT
 
 
-def _repeated(job: Job, service: Service) -> ServiceError:
-    service.repeat(job)
+async def repeated(job: Job, service: Service) -> ServiceError:
+    """Have a job carried out again whose result is damaged; gives what to say of it."""
+    await asyncio.to_thread(service.repeat, job)
     return ServiceError(
         409,
         "the result file was damaged or is gone",
         where=job.name,
-        todo="The run is carried out again; ask again when it is completed.",
+        todo=f"The {job.kind} is carried out again; ask again when it is completed.",
         headers={"Retry-After": "2"},
     )

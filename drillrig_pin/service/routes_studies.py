@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -14,11 +15,15 @@ from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from drillrig_pin.batch.store import TABLE
 from drillrig_pin.service import rendering
-from drillrig_pin.service.answers import EVENTS, PAGE, PROBLEMS, Served, StudyId, file_answer, page_answer
+from drillrig_pin.service.answers import EVENTS, PAGE, PROBLEMS, Served, StudyId, file_answer, page_answer, readable
+from drillrig_pin.service.desk import RefusedError
 from drillrig_pin.service.events import awaited, job_events
+from drillrig_pin.service.job import NotReadableError
+from drillrig_pin.service.kept import kept
 from drillrig_pin.service.library import UPLOAD
 from drillrig_pin.service.problems import Problem, ServiceError
 from drillrig_pin.service.records import Job
+from drillrig_pin.service.routes_runs import repeated
 from drillrig_pin.service.schemas import Id, JobStatus, StudyPage, StudyRequest, StudyView, TableView
 from drillrig_pin.service.service import Service
 from drillrig_pin.service.studies import placed, study_facts, study_job
@@ -37,6 +42,11 @@ Known = Annotated[Job, Depends(known_study)]
 
 def study_view(service: Service, job: Job, *, full: bool = True) -> StudyView:
     """A study as clients see it."""
+    with readable(service, job):
+        return _view(service, job, full)
+
+
+def _view(service: Service, job: Job, full: bool) -> StudyView:
     found = {"cases": job.request["cases"], **(job.summary or service.jobs.told(job))}
     return StudyView(
         id=job.id,
@@ -62,7 +72,7 @@ async def submit_study(request: StudyRequest, service: Served, response: Respons
     entry = await asyncio.to_thread(service.library.entry, request.model)
     key = (entry.name, entry.fingerprint, json.dumps(document, sort_keys=True), "study")
     facts = await service.desk.make(key, study_facts, document, entry, service.settings.limits)
-    job, new = await asyncio.to_thread(service.jobs.submit, study_job(entry, document, facts))
+    job, new = await asyncio.to_thread(service.submit, study_job(entry, document, facts))
     if not new and job.ended:
         response.status_code = 200
     response.headers["Location"] = f"/v1/studies/{job.id}"
@@ -79,8 +89,12 @@ def list_studies(
 ) -> StudyPage:
     """Studies, latest first."""
     jobs = service.records.jobs("study", search=search, status=status, after=after, limit=limit + 1)
-    items = [study_view(service, job, full=False) for job in jobs[:limit]]
-    return StudyPage(items=items, next=items[-1].id if len(jobs) > limit else None)
+    items = []
+    for job in jobs[:limit]:
+        with contextlib.suppress(NotReadableError):
+            items.append(study_view(service, job, full=False))
+    after = jobs[limit - 1].id if len(jobs) > limit else None
+    return StudyPage(items=items, next=after, set_apart=service.records.named_apart("study"))
 
 
 @router.get("/{id}", response_model=StudyView)
@@ -108,9 +122,9 @@ def cancel_study(job: Known, service: Served) -> StudyView:
 
 
 @router.delete("/{id}", status_code=204, response_class=Response)
-def delete_study(job: Known, service: Served) -> None:
+def delete_study(number: StudyId, service: Served) -> None:
     """Forget a study and its files; one under way is stopped."""
-    service.delete(job)
+    service.delete(number, "study")
 
 
 @router.get(
@@ -135,29 +149,55 @@ async def study_table(
     if format == "json" and not job.ended:
         order = placed(job.request["study"], service.library.entry(job.model))
         return await service.desk.make((job.id, "so far"), rendering.study_so_far, order, service.folder(job))
-    table = _table(job, service)
+    if format == "csv":
+        target = await _beside(job, service, "results.csv", rendering.study_csv)
+        return file_answer(target, "text/csv; charset=utf-8", f"{job.id[:8]}_results.csv")
+    table = await _table(job, service)
     if format == "parquet":
         return file_answer(table, "application/vnd.apache.parquet", f"{job.id[:8]}_{TABLE}")
     mark = str(table.stat().st_mtime_ns)
-    if format == "csv":
-        target = table.with_name("results.csv")
-        await service.desk.make((job.id, mark, "csv"), rendering.study_csv, table, target)
-        return file_answer(target, "text/csv; charset=utf-8", f"{job.id[:8]}_results.csv")
     return await service.desk.make((job.id, mark, "table"), rendering.study_table, table)
 
 
 @router.get("/{id}/report", response_class=FileResponse, responses=PAGE)
 async def study_report(job: Known, service: Served) -> FileResponse:
     """The study as one page that opens without network."""
-    table = _table(job, service)
-    mark, target = str(table.stat().st_mtime_ns), table.with_name("report.html")
-    if not target.exists() or target.stat().st_mtime_ns < table.stat().st_mtime_ns:
-        await service.desk.make((job.id, mark, "report"), rendering.study_report, table.parent, target)
-    return page_answer(target)
+    return page_answer(await _beside(job, service, "report.html", rendering.study_report_of))
 
 
-def _table(job: Job, service: Service) -> Path:
-    path = service.folder(job) / TABLE
-    if not path.exists():
+async def _beside(job: Job, service: Service, name: str, function: Any) -> Path:
+    """A file made of the table, found to be what was written; else it is made, or made again."""
+    table = await _table(job, service)
+    path = table.with_name(name)
+    # What was recorded since a study was stopped is in the table, and not in what was made of it before.
+    if job.status != "completed" or not await asyncio.to_thread(service.sound, job, name):
+        digest = await service.desk.make((job.id, name), kept, path, function, table, path)
+        await asyncio.to_thread(service.seal, job, name, digest)
+    return path
+
+
+async def _table(job: Job, service: Service) -> Path:
+    """The table of a study that ended, found to be what was written; else it is made again of the journal.
+
+    Raises:
+        ServiceError: 409, nothing is recorded, or the journal is damaged as well: the study is carried out again.
+    """
+    completed, path = job.status == "completed", service.folder(job) / TABLE
+    if not job.ended:
         raise ServiceError(409, f"the study has no table yet, it is {job.status}", where=job.name)
+    if completed and await asyncio.to_thread(service.sound, job, TABLE):
+        return path
+    order = placed(job.request["study"], service.library.entry(job.model))
+    rows = job.request["cases"] if completed else 1
+    try:
+        digest = await service.desk.make(
+            (job.id, TABLE), kept, path, rendering.study_again, order, path.parent, rows, path
+        )
+    except RefusedError as error:
+        if error.damaged and completed:
+            raise await repeated(job, service) from None
+        if error.damaged:
+            raise ServiceError(409, f"the study has no table, it is {job.status}", where=job.name) from None
+        raise
+    await asyncio.to_thread(service.seal, job, TABLE, digest)
     return path

@@ -15,11 +15,11 @@ from drillrig_pin.batch.worker import warm
 from drillrig_pin.errors import DrillrigError, ResultFileError, ScenarioError, SimulationError
 from drillrig_pin.files import write_aside
 from drillrig_pin.scenario import Scenario
-from drillrig_pin.service.jobs import Ending, Work
 from drillrig_pin.service.library import Library
 from drillrig_pin.service.problems import problem_of
 from drillrig_pin.service.records import Job
 from drillrig_pin.service.settings import Limits, Settings
+from drillrig_pin.service.work import Ending, Work, is_passing
 from drillrig_pin.service.worker import PROGRESS, LimitError, Order, carry_out
 from drillrig_pin.trajectory import versions
 
@@ -127,11 +127,11 @@ class RunCarrier:
                 left.unlink()
             (folder / PROGRESS).write_bytes(b"0")
             entry = self.library.entry(job.model)
-        except OSError as error:
-            full = ResultFileError(f"cannot be written ({error.strerror})", todo="Make room on the server's disk.")
-            ended(Ending(problem=problem_of(full, 422).model_dump(), passing=True))
-            return _Run(None, folder)
-        except DrillrigError as error:
+        except (DrillrigError, OSError) as error:
+            if is_passing(error):
+                raise
+            if isinstance(error, OSError):
+                error = ResultFileError(f"cannot be written ({error.strerror})", todo="Look after the server's disk.")
             ended(Ending(problem=problem_of(error).model_dump(), passing=True))
             return _Run(None, folder)
         order = Order(
@@ -146,7 +146,7 @@ class RunCarrier:
             limits.output if pool.local else 0,
         )
         future: Any = pool.submit(limits.job_time + GRACE, carry_out, order)
-        future.add_done_callback(lambda done: ended(self._ending(done, folder)))
+        future.add_done_callback(lambda done: ended(self._told(done, folder)))
         return _Run(future, folder)
 
     def close(self) -> None:
@@ -166,6 +166,14 @@ class RunCarrier:
             self._pool = None
             raise
         return self._pool
+
+    def _told(self, future: Any, folder: Path) -> Ending:
+        """How a run ended, whatever comes in between: whoever waits for a slot waits for this."""
+        try:
+            return self._ending(future, folder)
+        except Exception as error:
+            lost = SimulationError(f"its end could not be read ({type(error).__name__})", todo="Ask for it again.")
+            return Ending(problem=problem_of(lost).model_dump(), passing=True)
 
     def _ending(self, future: Any, folder: Path) -> Ending:
         answer, cause = outcome_of(future)
@@ -187,7 +195,7 @@ class RunCarrier:
         except OSError as error:
             full = ResultFileError(f"cannot be written ({error.strerror})", todo="Make room on the server's disk.")
             return Ending(problem=problem_of(full, 422).model_dump(), passing=True)
-        return Ending(answer.summary, answer.problem, answer.passing, digest=answer.digest)
+        return Ending(answer.summary, answer.problem, answer.passing, digest=answer.digest, beside=answer.beside)
 
 
 class _Run:

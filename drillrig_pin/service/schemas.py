@@ -184,6 +184,7 @@ class RunPage(BaseModel):
 
     items: list[RunView]
     next: Id | None = Field(None, description="give it as `after` to get the next ones; null: these are the last")
+    set_apart: list[str] = Field(default_factory=list, description="ids of damaged records, which no list holds")
 
 
 class StudyRequest(Sent):
@@ -253,6 +254,7 @@ class StudyPage(BaseModel):
 
     items: list[StudyView]
     next: Id | None = Field(None, description="give it as `after` to get the next ones; null: these are the last")
+    set_apart: list[str] = Field(default_factory=list, description="ids of damaged records, which no list holds")
 
 
 class TableView(BaseModel):
@@ -290,8 +292,9 @@ class FigureView(BaseModel):
 class Health(BaseModel):
     """The server lives."""
 
-    status: Literal["ok"]
+    status: Literal["ok", "degraded"] = Field(description="degraded: it answers, and something is to be looked after")
     version: str
     waiting: int = Field(description="jobs that wait")
     running: int = Field(description="jobs under way")
     login: bool = Field(description="whether it asks for a token")
+    problems: list[str] = Field(default_factory=list, description="what is to be looked after, in sentences")

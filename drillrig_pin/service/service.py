@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
-import hashlib
+import contextlib
 import shutil
 import threading
+import uuid
 from pathlib import Path
 
+from drillrig_pin.batch.store import TABLE
 from drillrig_pin.errors import ResultFileError
 from drillrig_pin.files import lock_folder
 from drillrig_pin.service.desk import Desk
-from drillrig_pin.service.jobs import Carrier, Jobs, Listener
+from drillrig_pin.service.jobs import Jobs
+from drillrig_pin.service.kept import RESULT, sha256_of
 from drillrig_pin.service.library import Library
 from drillrig_pin.service.problems import ServiceError
 from drillrig_pin.service.records import Job, Kind, Records
 from drillrig_pin.service.runs import ID, RunCarrier
 from drillrig_pin.service.settings import Settings
 from drillrig_pin.service.studies import StudyCarrier
-from drillrig_pin.service.worker import RESULT
+from drillrig_pin.service.work import Carrier, Listener
+
+#: Folders of jobs on their way to be removed.
+REMOVED = "removed"
+#: The file a job ends in.
+RESULTS: dict[Kind, str] = {"run": RESULT, "study": TABLE}
 
 
 class Service:
@@ -31,7 +39,7 @@ class Service:
         self.settings = settings
         data = settings.data
         try:
-            for name in ("runs", "studies"):
+            for name in ("runs", "studies", REMOVED):
                 (data / name).mkdir(parents=True, exist_ok=True)
             lock = lock_folder(data)
         except OSError as error:
@@ -52,12 +60,13 @@ class Service:
         }
         self.jobs = Jobs(self.records, carriers, settings.limits.queue, listener)
         self.desk = Desk(settings.limits)
-        self._sound: dict[Path, tuple[str, int, int]] = {}
 
     def start(self) -> int:
         """Start the workers and take up what an earlier server left; gives how many jobs that are."""
         self.runs.warm_up()
         self.desk.warm_up()
+        for left in (self.settings.data / REMOVED).iterdir():
+            shutil.rmtree(left, ignore_errors=True)
         threading.Thread(target=self.library.warm_up, daemon=True).start()
         return self.jobs.recover()
 
@@ -77,39 +86,87 @@ class Service:
 
     def folder(self, job: Job) -> Path:
         """The folder of a job's files. Its name is an id that was recorded, never a client's text."""
-        return self.settings.data / ("runs" if job.kind == "run" else "studies") / job.id
+        return self._place(job.id, job.kind)
 
-    def delete(self, job: Job) -> None:
-        """Stop a job if it is under way, and forget it and its files."""
-        self.jobs.cancel(job)
-        self.records.remove(job.id)
-        shutil.rmtree(self.folder(job), ignore_errors=True)
-        self._sound.pop(self.folder(job) / RESULT, None)
+    def _place(self, number: str, kind: Kind) -> Path:
+        return self.settings.data / ("runs" if kind == "run" else "studies") / number
 
-    def known_sound(self, path: Path, digest: str) -> bool:
-        """Whether a file was found to be what was written, and has not been touched since."""
+    def submit(self, job: Job) -> tuple[Job, bool]:
+        """See :meth:`drillrig_pin.service.jobs.Jobs.submit`; one whose result is damaged is carried out again.
+
+        Raises:
+            ServiceError: it cannot be queued.
+        """
+        found, new = self.jobs.submit(job)
+        if found.status == "completed" and not self.sound(found, RESULTS[found.kind]):
+            self.repeat(found)
+            return self.job(found.id, found.kind), True
+        return found, new
+
+    def delete(self, number: str, kind: Kind) -> None:
+        """Stop a job if it is under way, and forget it and its files, also one whose record is damaged.
+
+        Raises:
+            ServiceError: 404, there is none; 507, its files cannot be removed.
+        """
+        if number not in self.records.apart:
+            self.jobs.cancel(self.job(number, kind))
+        self._remove(self._place(number, kind))
+        if not self.records.forget(number):
+            self.jobs.settle_later()
+
+    def sound(self, job: Job, name: str) -> bool:
+        """Whether a file of a job is what was written. All of it is read each time: nothing else tells for certain."""
+        known = (job.beside or {}).get(name) or (job.digest if name == RESULTS[job.kind] else "")
         try:
-            return self._sound.get(path) == _mark(path, digest)
-        except OSError:
+            return bool(known) and sha256_of(self.folder(job) / name) == known
+        except (OSError, ValueError):
             return False
 
-    def sound(self, path: Path, digest: str) -> bool:
-        """Whether a file is what was written: reads all of it."""
-        try:
-            mark = _mark(path, digest)
-            if hashlib.sha256(path.read_bytes()).hexdigest() != digest:
-                return False
-        except OSError:
-            return False
-        self._sound[path] = mark
-        return True
+    def seal(self, job: Job, name: str, digest: str) -> None:
+        """Remember what was written into a file of a job that was made now."""
+        # What cannot be remembered is made again when it is asked for again.
+        with contextlib.suppress(ServiceError):
+            if not self.records.add_beside(job.id, job.kind, name, digest):
+                self.jobs.settle_later()
 
     def repeat(self, job: Job) -> None:
-        """Throw the files of a finished job away and carry it out again."""
-        shutil.rmtree(self.folder(job), ignore_errors=True)
-        self.jobs.repeat(job)
+        """Carry a finished job out again because its files are damaged. A study keeps what its journal holds."""
 
+        def clear() -> None:
+            if job.kind == "run":
+                self._remove(self.folder(job))
 
-def _mark(path: Path, digest: str) -> tuple[str, int, int]:
-    state = path.stat()
-    return digest, state.st_mtime_ns, state.st_size
+        self.jobs.repeat(job, clear)
+
+    def problems(self) -> list[str]:
+        """What an operator should look after, in sentences; no file is named, everybody may read them."""
+        found = []
+        if self.records.trouble:
+            found.append(
+                f"jobs of which a change is kept in memory until it can be recorded: {self.records.unrecorded}; "
+                f"{self.records.trouble}"
+            )
+        if self.jobs.held and self.jobs.held != self.records.trouble:
+            found.append(f"jobs that wait: {self.jobs.waiting}; {self.jobs.held}")
+        if self.records.apart:
+            found.append(f"damaged records set apart: {len(self.records.apart)}; the lists name them")
+        return found
+
+    def _remove(self, folder: Path) -> None:
+        """Take a folder away at once; what somebody still writes into it goes with it.
+
+        Raises:
+            ServiceError: 507, that is not possible.
+        """
+        target = self.settings.data / REMOVED / uuid.uuid4().hex
+        try:
+            target.parent.mkdir(exist_ok=True)
+            if not folder.exists():
+                return
+            folder.rename(target)
+        except OSError as error:
+            raise ServiceError(
+                507, f"its files cannot be removed ({error.strerror})", todo="Look after the server's disk."
+            ) from None
+        shutil.rmtree(target, ignore_errors=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import hashlib
 import json
 import math
@@ -18,15 +19,17 @@ from typing import Any
 
 from drillrig_pin.batch.axes import Axis, GridAxis, LatinHypercubeAxis, RangeAxis, SobolAxis, Span, ZipAxis
 from drillrig_pin.batch.cases import unfold
+from drillrig_pin.batch.store import recorded
 from drillrig_pin.batch.study import Study
-from drillrig_pin.errors import DrillrigError, FieldError, ScenarioError, legal_names, shown
+from drillrig_pin.batch.worker import TRIED_AGAIN
+from drillrig_pin.errors import DrillrigError, FieldError, ScenarioError, SimulationError, legal_names, shown
 from drillrig_pin.files import shipped_scenarios
-from drillrig_pin.service.jobs import Ending, Work
 from drillrig_pin.service.library import Entry, Library
-from drillrig_pin.service.problems import ServiceError, problem_of
+from drillrig_pin.service.problems import problem_of
 from drillrig_pin.service.records import Job
 from drillrig_pin.service.runs import require_bounded
 from drillrig_pin.service.settings import Limits, Settings
+from drillrig_pin.service.work import Ending, Work, is_passing
 from drillrig_pin.trajectory import versions
 
 #: A study told to stop writes its table first; longer than this it does not take [s].
@@ -141,9 +144,16 @@ class StudyCarrier:
             }
             return _Study(order, limits.study_time, ended)
         except (DrillrigError, OSError) as error:
-            known = error if isinstance(error, DrillrigError) else ServiceError(507, f"cannot be started ({error})")
-            ended(Ending(problem=problem_of(known).model_dump(), passing=True))
+            if is_passing(error):
+                raise
+            if isinstance(error, OSError):
+                error = SimulationError(f"cannot be started ({error.strerror})", todo="Look after the server.")
+            ended(Ending(problem=problem_of(error).model_dump(), passing=True))
             return _Study(None, 0.0, ended)
+
+    def reached(self, job: Job) -> int:
+        """How many cases are recorded that no later attempt computes again."""
+        return len({row.key for row in recorded(self.folder / job.id) if row.status not in TRIED_AGAIN})
 
     def close(self) -> None:
         """Every study was stopped by the queue."""
@@ -163,17 +173,24 @@ class _Study:
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
             text=True,
+            errors="replace",
             # Ctrl-C on the server is the server's; it tells its studies itself.
             start_new_session=True,
         )
         assert self._process.stdin is not None
-        self._process.stdin.write(json.dumps(order) + "\n")
-        self._process.stdin.flush()
+        # A process that is gone already is heard of by whoever listens to it.
+        with contextlib.suppress(BrokenPipeError):
+            self._process.stdin.write(json.dumps(order) + "\n")
+            self._process.stdin.flush()
+        self._late = False
         self._clock = threading.Timer(limit, self._too_long)
         self._clock.daemon = True
-        self._clock.start()
-        self._late = False
-        threading.Thread(target=self._listen, args=(ended, limit), daemon=True).start()
+        try:
+            threading.Thread(target=self._listen, args=(ended, limit), daemon=True).start()
+            self._clock.start()
+        except RuntimeError:
+            self._kill()
+            raise OSError(errno.EAGAIN, "no thread can be started") from None
 
     def progress(self) -> float:
         """Share of the cases that are recorded."""
@@ -202,12 +219,14 @@ class _Study:
     def _listen(self, ended: Callable[[Ending], None], limit: float) -> None:
         assert self._process is not None
         assert self._process.stdout is not None
-        problem, finished = None, False
+        problem, finished, digest = None, False, ""
         for line in self._process.stdout:
-            with contextlib.suppress(ValueError):
+            # Whatever a library may print is no word of the study's.
+            with contextlib.suppress(ValueError, AttributeError):
                 told = json.loads(line)
                 problem = told.pop("problem", problem)
                 finished = told.pop("finished", finished)
+                digest = told.pop("digest", digest)
                 self.told = told or self.told
         code = self._process.wait()
         self._clock.cancel()
@@ -217,6 +236,6 @@ class _Study:
         elif problem is not None:
             ended(Ending(problem=problem, passing=True))
         elif finished:
-            ended(Ending(summary=self.told))
+            ended(Ending(summary=self.told, digest=digest))
         else:
             ended(Ending(died=f"exit code {code}"))

@@ -18,6 +18,7 @@ from drillrig_pin.batch.study import Study
 from drillrig_pin.batch.summary import Tally
 from drillrig_pin.errors import DrillrigError, ResultFileError
 from drillrig_pin.service.bounds import lower
+from drillrig_pin.service.kept import sha256_of
 from drillrig_pin.service.problems import problem_of
 
 #: Address space of a worker that does nothing, with room to spare [bytes].
@@ -45,7 +46,7 @@ def main() -> None:
         _say({"problem": problem_of(error, 422).model_dump()})
         return
     if not finished.interrupted:
-        _say({**state(finished.tally), "finished": True})
+        _say({**state(finished.tally), "finished": True, "digest": sha256_of(finished.table)})
 
 
 def _carried_out(order: dict[str, Any]) -> Finished:
@@ -69,9 +70,20 @@ def _carried_out(order: dict[str, Any]) -> Finished:
                 listener=listener,
             )
         except ResultFileError as error:
+            if "journal is damaged" in error.what and _set_apart(error.where):
+                continue
             if "another command" not in error.what or time.monotonic() > end:
                 raise
             time.sleep(0.5)
+
+
+def _set_apart(damaged: object) -> bool:
+    """Keep a damaged file of the journal under another name: its cases are computed again. False: it cannot be done."""
+    path = Path(str(damaged))
+    with contextlib.suppress(OSError):
+        path.rename(path.with_name(f"{path.name}.damaged"))
+        return True
+    return False
 
 
 def state(tally: Tally) -> dict[str, Any]:

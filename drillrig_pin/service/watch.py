@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 from typing import Any, TextIO
 
@@ -16,7 +17,7 @@ def make_log(stream: TextIO | None = None) -> Any:
     stream = stream or sys.stderr
     shown = structlog.dev.ConsoleRenderer() if stream.isatty() else structlog.processors.JSONRenderer()
     return structlog.wrap_logger(
-        structlog.PrintLogger(stream),
+        _Lines(stream),
         processors=[
             structlog.processors.add_log_level,
             structlog.processors.TimeStamper(fmt="iso", utc=True),
@@ -25,6 +26,18 @@ def make_log(stream: TextIO | None = None) -> Any:
         ],
         wrapper_class=structlog.BoundLogger,
     )
+
+
+class _Lines(structlog.PrintLogger):
+    """Lines for a stream; one that cannot be written, since the disk is full or nobody reads, is left out."""
+
+    def msg(self, message: str) -> None:
+        """Write a line."""
+        with contextlib.suppress(OSError, ValueError):
+            super().msg(message)
+
+    log = debug = info = warn = warning = msg
+    fatal = failure = err = error = critical = exception = msg
 
 
 class Numbers:

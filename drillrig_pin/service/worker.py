@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import json
 import os
 import tempfile
@@ -15,19 +14,16 @@ from pathlib import Path
 from typing import Any
 
 from drillrig_pin.batch.worker import rig_of
-from drillrig_pin.errors import DrillrigError, SimulationError
-from drillrig_pin.files import write_aside
+from drillrig_pin.errors import DrillrigError, ResultFileError, SimulationError
 from drillrig_pin.model.modelfile import read_model_text
 from drillrig_pin.rig import Rig, build_rig
 from drillrig_pin.scenario import Scenario
 from drillrig_pin.service.bounds import bounded
+from drillrig_pin.service.kept import METRICS, RESULT, sha256_of, write_metrics
 from drillrig_pin.service.measured import measured_document, summary
 from drillrig_pin.service.problems import Problem, problem_of
 from drillrig_pin.simulation import simulate
-from drillrig_pin.trajectory import Trajectory
 
-RESULT = "run.nc"
-METRICS = "metrics.json"
 PROGRESS = "progress"
 #: How often a job looks whether its server is still there [s].
 WATCH = 0.25
@@ -64,7 +60,7 @@ class Order:
 class Answer:
     """What became of a run: its summary, or the problem it met; files by name, if they are sent back.
 
-    ``digest`` is the SHA-256 of the result file.
+    ``digest`` is the SHA-256 of the result file, ``beside`` that of those beside it, by name.
 
     A ``passing`` problem says something about the server, not about the run: asked again, it is tried again.
     """
@@ -73,6 +69,7 @@ class Answer:
     problem: dict[str, Any] | None = None
     passing: bool = False
     digest: str = ""
+    beside: dict[str, str] = field(default_factory=dict)
     files: dict[str, bytes] = field(default_factory=dict)
 
 
@@ -91,6 +88,9 @@ def carry_out(order: Order) -> Answer:
             return answer
     except DrillrigError as error:
         return Answer(problem=_told(error), passing=isinstance(error, LimitError) or _about_the_disk(error))
+    except OSError as error:
+        full = ResultFileError(f"cannot be written ({error.strerror or error})", todo="Make room on the server's disk.")
+        return Answer(problem=_told(full), passing=True)
     except MemoryError:
         short = LimitError(
             f"the run needs more than {order.memory / 1e6:.0f} MB of memory",
@@ -109,21 +109,15 @@ def _into(order: Order, folder: Path) -> Answer:
         with _progress(folder / PROGRESS, scenario.duration, order.time) as tick:
             trajectory = simulate(rig, scenario, tick)
         trajectory.save(folder / RESULT)
-        digest = hashlib.sha256((folder / RESULT).read_bytes()).hexdigest()
-        return Answer(summary=_measured(trajectory, folder), digest=digest)
+        document = measured_document(trajectory)
+        beside = {METRICS: write_metrics(document, folder / METRICS)}
+        return Answer(summary=summary(trajectory, document), digest=sha256_of(folder / RESULT), beside=beside)
 
 
 def _rig(order: Order) -> Rig:
     if order.text:
         return build_rig(read_model_text(order.text, "upload"))
     return rig_of(order.model, json.dumps(order.arguments, sort_keys=True), order.fingerprint)
-
-
-def _measured(trajectory: Trajectory, folder: Path) -> dict[str, Any]:
-    document = measured_document(trajectory)
-    with write_aside(folder / METRICS) as aside:
-        aside.write_text(json.dumps(document, ensure_ascii=False, allow_nan=False), encoding="utf-8")
-    return summary(trajectory, document)
 
 
 @contextlib.contextmanager
@@ -133,7 +127,9 @@ def _progress(path: Path, duration: float, limit: float) -> Iterator[Callable[[f
     with path.open("wb", buffering=0) as file:
 
         def tick(simulated: float) -> None:
-            os.pwrite(file.fileno(), f"{min(simulated / duration, 1.0):8.6f}".encode(), 0)
+            # A disk that is full takes no progress; the run may yet end in something that fits.
+            with contextlib.suppress(OSError):
+                os.pwrite(file.fileno(), f"{min(simulated / duration, 1.0):8.6f}".encode(), 0)
             if time.monotonic() > end:
                 raise LimitError(
                     f"the run took longer than {limit:g} s",
