@@ -8,12 +8,12 @@ import fcntl
 import os
 import shutil
 import stat
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TextIO
 
 from drillrig_pin.errors import ResultFileError
+from drillrig_pin.litter import marked, remove_litter, temporary_folder
 
 MODEL_SUFFIXES = (".urdf.xacro", ".xacro", ".urdf")
 
@@ -56,34 +56,72 @@ def is_stream(target: Path) -> bool:
 def write_aside(target: Path) -> Iterator[Path]:
     """Give a temporary path beside ``target``; rename it onto ``target`` if the block succeeds, else remove it.
 
-    A link is followed: the file it leads to is replaced, and keeps its permissions. What is there and no regular file
-    is never replaced: a stream (see :func:`is_stream`) is written into at the end.
+    A link is followed: the file it leads to is replaced, and keeps its permissions and, where that is allowed, its
+    owner. Other names of that file (hard links) keep what they had. What is there and no regular file is never
+    replaced: a stream (see :func:`is_stream`) is written into at the end. What killed processes left of earlier
+    attempts is removed.
 
     Raises:
-        OSError: among others if the target is a folder, a disk or a socket.
+        OSError: among others if the target is a folder, a disk or a socket, or its links lead in a circle.
     """
     target = Path(target)
     if is_stream(target):
-        with tempfile.TemporaryDirectory() as folder:
-            aside = Path(folder, target.name)
+        with temporary_folder() as folder:
+            aside = folder / "content"
             aside.touch()
             yield aside
             _pour(aside, target)
         return
-    target = Path(os.path.realpath(target))
-    if target.exists() and not target.is_file():
-        raise OSError(errno.EINVAL, "it is no regular file")
-    descriptor, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
-    os.close(descriptor)
-    aside = Path(name)
+    target = behind_links(target)
+    before = _regular(target)
+    remove_litter(target.parent, f".{target.name}")
+    aside = target.with_name(marked(f".{target.name}"))
+    # A new file has the permissions that any new file gets; one that replaces another is nobody else's until then.
+    os.close(os.open(aside, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666 if before is None else 0o600))
     try:
         yield aside
-        umask = os.umask(0)
-        os.umask(umask)
-        aside.chmod(stat.S_IMODE(target.stat().st_mode) if target.exists() else 0o666 & ~umask)
+        if before is not None:
+            _dress(aside, before)
         aside.replace(target)
     finally:
-        aside.unlink(missing_ok=True)
+        # A disk that failed may refuse this as well; the next command removes it.
+        with contextlib.suppress(OSError):
+            aside.unlink()
+
+
+def behind_links(target: Path) -> Path:
+    """The path that links lead to. OSError if they lead in a circle."""
+    try:
+        os.stat(target)
+    except OSError as error:
+        if error.errno == errno.ELOOP:
+            raise
+    return Path(os.path.realpath(target))
+
+
+def _regular(target: Path) -> os.stat_result | None:
+    """What is known of the file that is to be replaced; None if there is none. OSError if it is no regular file."""
+    try:
+        found = os.lstat(target)
+    except FileNotFoundError:
+        return None
+    if stat.S_ISDIR(found.st_mode):
+        raise OSError(errno.EISDIR, "it is a folder")
+    if not stat.S_ISREG(found.st_mode):
+        raise OSError(errno.EINVAL, "it is no regular file")
+    return found
+
+
+def _dress(aside: Path, before: os.stat_result) -> None:
+    """Give a new file the permissions and, where that is allowed, the owner of the one it replaces."""
+    own = os.stat(aside)
+    if (own.st_uid, own.st_gid) != (before.st_uid, before.st_gid):
+        # Only the superuser may give files away, others to a group of theirs.
+        for user in (before.st_uid, -1):
+            with contextlib.suppress(OSError):
+                os.chown(aside, user, before.st_gid)
+                break
+    aside.chmod(stat.S_IMODE(before.st_mode))
 
 
 def _pour(source: Path, target: Path) -> None:

@@ -14,7 +14,7 @@ ROOT = Path(drillrig_pin.__file__).parent
 #: Lowest first. Files within one entry may import each other; an entry ending in a dot is a folder.
 LAYERS: list[tuple[str, ...]] = [
     ("errors", "_drillrig", "words", "units"),
-    ("files", "memory"),
+    ("files", "memory", "litter"),
     ("model.", "yamlfile", "series"),
     ("storage", "tree_data"),
     ("kinematics",),

@@ -133,7 +133,9 @@ def expand(
         document = {"model": file.path, "arguments": file.arguments, "output": str(output) if output else None}
         print_json(document if output else {**document, "text": file.text})
     elif output is None:
-        sys.stdout.write(file.text)
+        # The bytes that -o writes: XML that declares no encoding is UTF-8, whatever the terminal's is.
+        sys.stdout.flush()
+        sys.stdout.buffer.write(file.text.encode())
     else:
         console_beside(output).print(f"{output} written ({len(file.text.splitlines())} lines).", markup=False)
 

@@ -12,8 +12,9 @@ import typer
 from drillrig_pin.cli.batch_options import Folder, Over, Quiet, Scheduler, Seed, StudyName, TimeLimit, Workers
 from drillrig_pin.cli.case import Json, Locks, Packages, locking, locks_again
 from drillrig_pin.cli.files import require_folder
-from drillrig_pin.cli.guard import FAILED, INTERRUPTED
+from drillrig_pin.cli.guard import FAILED
 from drillrig_pin.cli.output import console, print_json
+from drillrig_pin.cli.signals import interrupted_code
 from drillrig_pin.cli.targets import Force, require_targets
 
 
@@ -100,7 +101,7 @@ def optimize(
     elif not quiet:
         print_optimum(console(), chosen, found, output, f"{_again(study, output, given)}{locks_again(lock)}")
     if found.interrupted:
-        raise typer.Exit(INTERRUPTED)
+        raise typer.Exit(interrupted_code())
     if found.best is None or not found.best.feasible or found.differences:
         raise typer.Exit(FAILED)
 

@@ -59,4 +59,14 @@ def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], *, 
 
 def print_json(document: Mapping[str, Any]) -> None:
     """Write one JSON document to stdout; NaN and infinity, which JSON lacks, become null."""
-    sys.stdout.write(json.dumps(plain(document), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+    write_json(document, indent=2)
+
+
+def write_json(document: Mapping[str, Any], indent: int | None = None) -> None:
+    """Write a JSON document and the end of a line to stdout, with escapes for what its encoding cannot show."""
+    text = json.dumps(plain(document), indent=indent, ensure_ascii=False, allow_nan=False)
+    try:
+        text.encode(sys.stdout.encoding or "utf-8")
+    except UnicodeEncodeError:
+        text = json.dumps(plain(document), indent=indent, allow_nan=False)
+    sys.stdout.write(f"{text}\n")

@@ -21,8 +21,9 @@ from drillrig_pin.cli.case import (
     read_scenario,
 )
 from drillrig_pin.cli.files import require_writable
-from drillrig_pin.cli.guard import INTERRUPTED, NOT_VALID, STOPPED_EARLY
+from drillrig_pin.cli.guard import NOT_VALID, STOPPED_EARLY
 from drillrig_pin.cli.output import console, print_json
+from drillrig_pin.cli.signals import interrupted_code
 from drillrig_pin.cli.targets import Force, console_beside, free_name, require_target
 
 if TYPE_CHECKING:
@@ -112,7 +113,7 @@ def _leave(trajectory: Trajectory, metrics: Metrics | None) -> None:
     from drillrig_pin.errors import Status
 
     if trajectory.outcome.status is Status.INTERRUPTED:
-        raise typer.Exit(INTERRUPTED)
+        raise typer.Exit(interrupted_code())
     if not trajectory.outcome.completed:
         raise typer.Exit(STOPPED_EARLY)
     if metrics is not None and metrics.invalid:

@@ -9,8 +9,8 @@ import typer
 from drillrig_pin.cli.batch_options import Folder, Over, Quiet, Scheduler, Seed, StudyName, TimeLimit, Workers
 from drillrig_pin.cli.case import Json, Locks, Packages, locking, locks_again
 from drillrig_pin.cli.files import require_folder
-from drillrig_pin.cli.guard import INTERRUPTED
 from drillrig_pin.cli.output import console, print_json
+from drillrig_pin.cli.signals import interrupted_code
 from drillrig_pin.cli.targets import Force, require_targets
 
 
@@ -106,4 +106,4 @@ def sensitivity(
             print_counts(console(), finished.tally)
             print_interrupted(console(), again + options)
     if finished.interrupted:
-        raise typer.Exit(INTERRUPTED)
+        raise typer.Exit(interrupted_code())

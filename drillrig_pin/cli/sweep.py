@@ -12,8 +12,9 @@ import typer
 from drillrig_pin.cli.batch_options import Folder, Keep, Quiet, Scheduler, StudyName, TimeLimit, Workers
 from drillrig_pin.cli.case import Json, Locks, ModelSettings, Packages, locking, locks_again, model_arguments
 from drillrig_pin.cli.files import require_folder
-from drillrig_pin.cli.guard import FAILED, INTERRUPTED
+from drillrig_pin.cli.guard import FAILED
 from drillrig_pin.cli.output import console, print_json
+from drillrig_pin.cli.signals import interrupted_code
 from drillrig_pin.cli.targets import Force, require_targets
 
 if TYPE_CHECKING:
@@ -194,6 +195,6 @@ def _document(finished: Finished) -> dict[str, Any]:
 
 def _leave(finished: Finished) -> None:
     if finished.interrupted:
-        raise typer.Exit(INTERRUPTED)
+        raise typer.Exit(interrupted_code())
     if finished.tally.total and finished.tally.failures == finished.tally.total:
         raise typer.Exit(FAILED)

@@ -109,6 +109,9 @@ def require_targets(folder: Path, names: Iterable[str], *, reads: Iterable[Path 
     """:func:`require_target` for files that a command writes into a folder."""
     reads = list(reads)
     for name in names:
+        if is_stream(folder / name):
+            todo = "Choose another folder."
+            raise ResultFileError("is no file that can be replaced", where=folder / name, todo=todo)
         require_target(folder / name, Path(name).suffix.removeprefix("."), reads=reads, force=force)
 
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import sys
 from dataclasses import replace
-from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from drillrig_pin.cli.case import Locks, OptionalModelName, Packages, ScenarioName, Settings, read_scenario
-from drillrig_pin.cli.output import console, plain, table
+from drillrig_pin.cli.output import console, table, write_json
 from drillrig_pin.cli.show import (
     Exaggerate,
     Host,
@@ -137,7 +136,7 @@ def _document(version: Version) -> dict[str, object]:
 
 
 def _print_line(document: dict[str, object]) -> None:
-    sys.stdout.write(dumps(plain(document), ensure_ascii=False, allow_nan=False) + "\n")
+    write_json(document)
     sys.stdout.flush()
 
 
