@@ -4,66 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
+from queueing import Queue
 
-from drillrig_pin.batch.pools import BatchError
 from drillrig_pin.service import jobs as module
-from drillrig_pin.service.jobs import Ending, Jobs
 from drillrig_pin.service.problems import ServiceError
-from drillrig_pin.service.records import Job, Records
-
-
-class Work:
-    def __init__(self) -> None:
-        self.told: dict[str, Any] = {}
-        self.stopped = False
-
-    def progress(self) -> float:
-        return 0.5
-
-    def stop(self) -> None:
-        self.stopped = True
-
-
-class Carrier:
-    """Keeps what it was given until the test ends it."""
-
-    slots = 1
-
-    def __init__(self) -> None:
-        self.ends: dict[str, Callable[[Ending], None]] = {}
-        self.works: dict[str, Work] = {}
-        self.gone = False
-
-    def start(self, job: Job, ended: Callable[[Ending], None]) -> Work:
-        if self.gone:
-            raise BatchError("the scheduler went away")
-        self.ends[job.id], self.works[job.id] = ended, Work()
-        return self.works[job.id]
-
-    def close(self) -> None:
-        pass
-
-
-class Queue:
-    """A queue on a folder, as one server after the other has it."""
-
-    def __init__(self, folder: Path, limit: int = 10) -> None:
-        self.records, self.carrier = Records(folder / "records.sqlite"), Carrier()
-        self.steps: list[tuple[str, str]] = []
-        self.jobs = Jobs(
-            self.records, {"run": self.carrier}, limit, lambda step, job: self.steps.append((job.id, step))
-        )
-
-    def ask(self, name: str) -> tuple[Job, bool]:
-        return self.jobs.submit(Job(name, "run", "queued", name, "m", name, {}))
-
-    def status(self, name: str) -> str:
-        job = self.records.job(name, "run")
-        assert job is not None
-        return job.status
+from drillrig_pin.service.work import Ending
 
 
 @pytest.fixture
