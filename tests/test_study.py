@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from drillrig_pin.analysis.comparison import quantities
+from drillrig_pin.batch.axes import size_of
 from drillrig_pin.batch.cases import unfold
 from drillrig_pin.batch.measures import SECTIONS, measured, require_known
 from drillrig_pin.batch.study import Study, load_study
@@ -130,3 +132,44 @@ def test_every_number_of_a_run_can_be_asked_for_by_its_name() -> None:
     for key in keys:
         require_known([key])
         assert measured(run, [key]) == {key: everything[key]}
+
+
+BOUNDS = {name: [0, 1] for name in (f"model.a{i}" for i in range(200))}
+SPAN = {"start": 1, "stop": 2, "count": 1_000_000}
+NAMES = [f"model.a{i}" for i in range(200)]
+
+
+@pytest.mark.parametrize(
+    ("axes", "size"),
+    [
+        ([{"name": name, "range": SPAN} for name in NAMES], 10**1200),
+        ([{"grid": dict.fromkeys(NAMES, SPAN)}], 10**1200),
+        ([{"zip": dict.fromkeys(NAMES, SPAN)}], 10**6),
+        ([{"latin_hypercube": {"samples": 10**6, "bounds": BOUNDS}}], 10**6),
+        ([{"sobol": {"samples": 2**19, "bounds": BOUNDS}}], 2**19),
+        ([{"name": "model.a", "range": {"start": 0, "stop": 0.3, "step": 0.1}}], 4),
+        ([{"name": "model.a", "list": [1, 2]}, {"holes": {"places": {"1": {"pose": "work"}}}}], 2),
+    ],
+)
+def test_cases_are_counted_without_making_one(axes: list[dict[str, Any]], size: int) -> None:
+    # Made one by one, the points of the first would outlast the universe.
+    study = Study(axes=axes)
+    assert size_of(study.axes) == size
+    assert len(study.names) == sum(len(axis.sample()) for axis in study.axes)
+    assert [name for axis in study.axes for name in axis.sample()] == list(study.names)
+
+
+def test_an_axis_has_as_many_points_as_it_says() -> None:
+    axes = [
+        {"name": "model.a", "range": {"start": 0, "stop": 1, "step": 0.3}},
+        {"name": "model.b", "range": {"start": 1, "stop": 100, "count": 7, "scale": "log"}},
+        {"grid": {"model.c": [1, 2], "model.d": {"start": 0, "stop": 1, "count": 3}}},
+        {"zip": {"model.e": [1, 2, 3], "model.f": {"start": 0, "stop": 1, "count": 3}}},
+        {"sobol": {"samples": 8, "bounds": {"model.g": [0, 1]}}},
+    ]
+    for axis in Study(axes=axes).axes:
+        points = list(axis.points())
+        assert len(points) == axis.size
+        assert set(points[0]) == set(axis.names)
+        if not hasattr(axis, "sobol"):
+            assert points[0] == axis.sample()

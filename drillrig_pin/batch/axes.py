@@ -1,10 +1,14 @@
-"""Axes of a study: what is varied, and over which values."""
+"""Axes of a study: what is varied, and over which values.
+
+Every axis knows its ``names``, its ``size`` and a ``sample`` of its points without making them: what is asked for is
+held to bounds before it costs anything.
+"""
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
@@ -60,21 +64,29 @@ class Span(_Part):
             raise ValueError("stop lies below start, or more than a million steps away")
         return self
 
-    def values(self) -> list[float]:
-        """The values in order."""
+    def __len__(self) -> int:
+        """How many values."""
         if self.step is not None:
-            n = math.floor((self.stop - self.start) / self.step * (1 + 1e-12)) + 1
-            # Twelve digits: 25 + 3 x 0.1 is meant to be 25.3.
-            return [float(f"{self.start + i * self.step:.12g}") for i in range(n)]
+            return math.floor((self.stop - self.start) / self.step * (1 + 1e-12)) + 1
+        return self.count or 1
+
+    def values(self) -> Iterator[float]:
+        """The values in order. Twelve digits: 25 + 3 x 0.1 is meant to be 25.3."""
+        if self.step is not None:
+            return (float(f"{self.start + i * self.step:.12g}") for i in range(len(self)))
         space = np.geomspace if self.scale == "log" else np.linspace
-        return [float(f"{value:.12g}") for value in space(self.start, self.stop, self.count or 1)]
+        return (float(f"{value:.12g}") for value in space(self.start, self.stop, len(self)))
 
 
 Values = Annotated[list[Value], Field(min_length=1)] | Span
 
 
-def _values(given: list[Any] | Span) -> list[Any]:
-    return given.values() if isinstance(given, Span) else list(given)
+def _values(given: list[Any] | Span) -> Iterator[Any]:
+    return given.values() if isinstance(given, Span) else iter(given)
+
+
+def _first(given: list[Any] | Span) -> Any:
+    return float(f"{given.start:.12g}") if isinstance(given, Span) else given[0]
 
 
 class ListAxis(_Part):
@@ -82,6 +94,20 @@ class ListAxis(_Part):
 
     name: str
     list: Annotated[list[Value], Field(min_length=1)]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What it varies."""
+        return (self.name,)
+
+    @property
+    def size(self) -> int:
+        """How many points it has."""
+        return len(self.list)
+
+    def sample(self) -> Point:
+        """Its first point."""
+        return {self.name: self.list[0]}
 
     def points(self) -> Iterator[Point]:
         """One point for every value."""
@@ -93,6 +119,20 @@ class RangeAxis(_Part):
 
     name: str
     range: Span
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What it varies."""
+        return (self.name,)
+
+    @property
+    def size(self) -> int:
+        """How many points it has."""
+        return len(self.range)
+
+    def sample(self) -> Point:
+        """Its first point."""
+        return {self.name: _first(self.range)}
 
     def points(self) -> Iterator[Point]:
         """One point for every value."""
@@ -106,11 +146,25 @@ class ZipAxis(_Part):
 
     @model_validator(mode="after")
     def _equal_lengths(self) -> Self:
-        lengths = {name: len(_values(given)) for name, given in self.zip.items()}
+        lengths = {name: len(given) for name, given in self.zip.items()}
         if len(set(lengths.values())) > 1:
-            told = ", ".join(f"{name} has {n}" for name, n in lengths.items())
+            told = ", ".join(f"{name} has {n}" for name, n in itertools.islice(lengths.items(), 20))
             raise ValueError(f"zipped names need equally many values: {told}")
         return self
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What it varies."""
+        return tuple(self.zip)
+
+    @property
+    def size(self) -> int:
+        """How many points it has."""
+        return len(next(iter(self.zip.values())))
+
+    def sample(self) -> Point:
+        """Its first point."""
+        return {name: _first(given) for name, given in self.zip.items()}
 
     def points(self) -> Iterator[Point]:
         """One point for every place in the lists."""
@@ -122,6 +176,20 @@ class GridAxis(_Part):
     """Several names, every combination; the last name changes fastest."""
 
     grid: Annotated[dict[str, Values], Field(min_length=1)]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What it varies."""
+        return tuple(self.grid)
+
+    @property
+    def size(self) -> int:
+        """How many points it has."""
+        return math.prod(len(given) for given in self.grid.values())
+
+    def sample(self) -> Point:
+        """Its first point."""
+        return {name: _first(given) for name, given in self.grid.items()}
 
     def points(self) -> Iterator[Point]:
         """One point for every combination."""
@@ -163,6 +231,10 @@ class Sampling(_Part):
     seed: Annotated[int, Field(ge=0)] = 0
     bounds: Annotated[dict[str, Bounds], Field(min_length=1)]
 
+    def middle(self) -> Point:
+        """The middle of the box."""
+        return {name: bound.at(0.5) for name, bound in self.bounds.items()}
+
     def spread(self, shares: Any) -> Iterator[Point]:
         """Points of samples of the unit cube (samples, names)."""
         return (
@@ -176,6 +248,20 @@ class LatinHypercubeAxis(_Part):
 
     latin_hypercube: Sampling
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What it varies."""
+        return tuple(self.latin_hypercube.bounds)
+
+    @property
+    def size(self) -> int:
+        """How many points it has."""
+        return self.latin_hypercube.samples
+
+    def sample(self) -> Point:
+        """A point that stands for the others: the middle of the box."""
+        return self.latin_hypercube.middle()
+
     def points(self) -> Iterator[Point]:
         """One point for every sample."""
         from scipy.stats import qmc
@@ -188,6 +274,20 @@ class SobolAxis(_Part):
     """A scrambled Sobol sequence, which fills the box more evenly than chance; ``samples`` is a power of two."""
 
     sobol: Sampling
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What it varies."""
+        return tuple(self.sobol.bounds)
+
+    @property
+    def size(self) -> int:
+        """How many points it has."""
+        return self.sobol.samples
+
+    def sample(self) -> Point:
+        """A point that stands for the others: the middle of the box."""
+        return self.sobol.middle()
 
     @model_validator(mode="after")
     def _balanced(self) -> Self:
@@ -214,6 +314,20 @@ class HolesAxis(_Part):
     """One case for every hole."""
 
     holes: Holes
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What it varies."""
+        return ("hole",)
+
+    @property
+    def size(self) -> int:
+        """How many points it has."""
+        return len(self.holes.places)
+
+    def sample(self) -> Point:
+        """Its first point."""
+        return {"hole": next(iter(self.holes.places))}
 
     def points(self) -> Iterator[Point]:
         """One point for every hole, by its name."""
@@ -252,6 +366,6 @@ Axis = Annotated[
 ]
 
 
-def names_of(axis: Any) -> tuple[str, ...]:
-    """Names an axis varies."""
-    return tuple(next(iter(axis.points())))
+def size_of(axes: Iterable[Any]) -> int:
+    """How many combinations the points of these axes have, told without making any."""
+    return math.prod(axis.size for axis in axes)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import hashlib
 import itertools
 import json
-import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from drillrig_pin.batch.axes import size_of
 from drillrig_pin.batch.holes import Aim, Hole
 from drillrig_pin.batch.study import MAX_CASES, Study, field_change, require_names
 from drillrig_pin.errors import ModelError, ScenarioError
@@ -121,9 +121,9 @@ def unfold(study: Study) -> Plan:
     Raises:
         ScenarioError, ModelError: the study does not fit its model; two models cannot be read; too many cases.
     """
-    asker = Asker(study)
     # Counted before they are laid out: a grid of two long ranges would fill the memory.
-    require_few(study, math.prod(sum(1 for _ in itertools.islice(a.points(), MAX_CASES + 1)) for a in study.axes))
+    require_few(study, size_of(study.axes))
+    asker = Asker(study)
     points = [list(axis.points()) for axis in study.axes]
     combinations = enumerate(itertools.product(*points))
     return asker.plan([asker.case(i, {k: v for point in row for k, v in point.items()}) for i, row in combinations])

@@ -12,7 +12,17 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from drillrig_pin.batch.axes import Bounds, GridAxis, LatinHypercubeAxis, ListAxis, Point, RangeAxis, SobolAxis, Span
+from drillrig_pin.batch.axes import (
+    Bounds,
+    GridAxis,
+    LatinHypercubeAxis,
+    ListAxis,
+    Point,
+    RangeAxis,
+    SobolAxis,
+    Span,
+    size_of,
+)
 from drillrig_pin.batch.cases import Asker, Case
 from drillrig_pin.batch.importance import Parameter
 from drillrig_pin.batch.study import MAX_CASES, Study
@@ -83,10 +93,10 @@ def space_of(study: Study) -> Space:
             where=study.at("axes") or study.name,
             todo="Give one of kind range, latin_hypercube or sobol; holes, list and zip are run for every design.",
         )
-    points = [list(axis.points()) for axis in others]
-    count = math.prod(len(column) for column in points)
+    count = size_of(others)
     if count > MAX_CASES:
         raise ScenarioError(f"every design has {count} cases, more than {MAX_CASES}", where=study.at("axes"))
+    points = [list(axis.points()) for axis in others]
     conditions = [{k: v for point in row for k, v in point.items()} for row in itertools.product(*points)]
     return Space(bounds, conditions, others)
 
@@ -126,7 +136,7 @@ def _split(columns: Mapping[str, Any], bounds: dict[str, Bounds], others: list[A
             low, high = sorted((values.start, values.stop))
             bounds[name] = Bounds(low=low, high=high, scale=values.scale)
         else:
-            listed = values.values() if isinstance(values, Span) else values
+            listed = list(values.values()) if isinstance(values, Span) else values
             others.append(ListAxis(name=name, list=listed))
 
 

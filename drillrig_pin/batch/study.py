@@ -10,7 +10,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError, field_validator, model_validator
 
-from drillrig_pin.batch.axes import KINDS, Axis, Holes, HolesAxis, names_of
+from drillrig_pin.batch.axes import KINDS, Axis, Holes, HolesAxis
 from drillrig_pin.batch.measures import require_known
 from drillrig_pin.batch.settings import OptimizeSettings, SensitivitySettings
 from drillrig_pin.errors import DrillrigError, FieldError, ModelError, ScenarioError, Source, legal_names, shown
@@ -61,7 +61,7 @@ class Study(BaseModel):
     def _fits_together(self) -> Self:
         seen: dict[str, int] = {}
         for i, axis in enumerate(self.axes):
-            for name in names_of(axis):
+            for name in axis.names:
                 if name in seen:
                     raise ValueError(f"axes {seen[name] + 1} and {i + 1} both vary {name}")
                 if name in self.set:
@@ -86,7 +86,7 @@ class Study(BaseModel):
     @property
     def names(self) -> tuple[str, ...]:
         """Everything that is varied, in order."""
-        return tuple(name for axis in self.axes for name in names_of(axis))
+        return tuple(name for axis in self.axes for name in axis.names)
 
     @property
     def holes(self) -> Holes | None:
@@ -230,7 +230,7 @@ def require_names(study: Study) -> ModelFile:
         _require_argument(name, known, study.at("set", f"model.{name}"))
     for i, axis in enumerate(study.axes):
         kind = next(kind for kind, cls in KINDS.items() if isinstance(axis, cls))
-        for name, value in next(iter(axis.points())).items():
+        for name, value in axis.sample().items():
             if name == "hole":
                 continue
             where = at("axes", i, "name") if kind in ("list", "range") else at("axes", i, kind, "bounds", name)

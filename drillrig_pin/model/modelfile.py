@@ -184,20 +184,10 @@ def _content(document: minidom.Document, path: str, folder: Path | None) -> tupl
     if element.tagName != "robot":
         raise ModelError(f"the root element is <{element.tagName}>, not <robot>", where=path)
     read = [file for table in element.getElementsByTagName("table") if (file := _inline(table, document, folder))]
-    _drop_comments(element)
     if folder is not None:
         settle_meshes(element, folder)
     root = take_nodes(element)
     return root, document_text(element), read
-
-
-def _drop_comments(element: minidom.Element) -> None:
-    """Comments speak of the source files; the expanded text is compared, hashed and stored without them."""
-    for child in list(element.childNodes):
-        if child.nodeType == child.COMMENT_NODE:
-            element.removeChild(child)
-        elif child.nodeType == child.ELEMENT_NODE:
-            _drop_comments(child)
 
 
 def _inline(table: minidom.Element, document: minidom.Document, folder: Path | None) -> Path | None:

@@ -23,8 +23,29 @@ from drillrig_pin.errors import ModelError, Source
 
 STAMP = "drillrig-source"
 MAX_BYTES = 20_000_000
-MAX_DEPTH = 200
-MAX_ELEMENTS = 50_000
+
+
+@dataclass(frozen=True, slots=True)
+class XmlBounds:
+    """How much XML is read. What is beyond is refused where it begins, before it costs memory and time.
+
+    Attributes:
+        size: of the file [bytes].
+        depth: elements within elements.
+        elements: in all.
+        attributes: of one element, declarations of namespaces counted. Readers of URDF look through all of them for
+            each of them.
+        comments: in all, processing instructions counted.
+    """
+
+    size: int = MAX_BYTES
+    depth: int = 200
+    elements: int = 50_000
+    attributes: int = 1_000
+    comments: int = 200_000
+
+
+USUAL = XmlBounds()
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,29 +64,60 @@ class Node:
 
 
 class _StampingBuilder(DefusedExpatBuilderNS):  # type: ignore[misc]
-    """Builds a DOM whose plain elements carry ``file:line``; refuses DTDs, entities and absurd nesting."""
+    """Builds a DOM whose plain elements carry ``file:line``; refuses DTDs, entities and what is beyond the bounds.
 
-    def __init__(self, file: str) -> None:
+    Comments and processing instructions say nothing about a machine: they are counted, and not kept. Text is gathered
+    between two elements and put together once: Python's own builder copies all of it for every piece that arrives.
+    """
+
+    def __init__(self, file: str, bounds: XmlBounds) -> None:
         super().__init__(forbid_dtd=True, forbid_entities=True, forbid_external=True)
-        self._file = file
-        self._depth = 0
-        self._count = 0
+        self._file, self._bounds = file, bounds
+        self._depth = self._count = self._comments = 0
+        self._text: list[str] = []
+
+    def install(self, parser: Any) -> None:
+        super().install(parser)
+        # A CDATA section is text as well.
+        parser.StartCdataSectionHandler = parser.EndCdataSectionHandler = None
+        parser.CharacterDataHandler = self._text.append
 
     def start_element_handler(self, name: str, attributes: Any) -> None:
-        super().start_element_handler(name, attributes)
         self._depth += 1
         self._count += 1
-        if self._depth > MAX_DEPTH or self._count > MAX_ELEMENTS:
-            raise ModelError(
-                f"the file nests deeper than {MAX_DEPTH} elements or holds more than {MAX_ELEMENTS}",
-                where=self._file,
-                todo="Such a file is refused because it would exhaust the memory.",
-            )
+        self._require("nests deeper than {} elements", self._depth, self._bounds.depth)
+        self._require("holds more than {} elements", self._count, self._bounds.elements)
+        count = len(attributes) // 2 + len(self._ns_ordered_prefixes)
+        short = name.split(" ")[min(1, name.count(" "))][:60]
+        self._require(f"holds an element <{short}> with more than {{}} attributes", count, self._bounds.attributes)
+        self._put_text()
+        super().start_element_handler(name, attributes)
         self.curNode.setAttribute(STAMP, f"{self._file}:{self.getParser().CurrentLineNumber}")
 
     def end_element_handler(self, name: str) -> None:
         self._depth -= 1
+        self._put_text()
         super().end_element_handler(name)
+
+    def comment_handler(self, data: str) -> None:
+        self._comments += 1
+        self._require("holds more than {} comments", self._comments, self._bounds.comments)
+
+    def pi_handler(self, target: str, data: str) -> None:
+        self.comment_handler(data)
+
+    def _put_text(self) -> None:
+        if self._text:
+            self.curNode.appendChild(self.document.createTextNode("".join(self._text)))
+            self._text.clear()
+
+    def _require(self, sentence: str, count: int, bound: int) -> None:
+        if count > bound:
+            raise ModelError(
+                f"the file {sentence.format(bound)}",
+                where=Source(self._file, self.getParser().CurrentLineNumber),
+                todo="Such a file is refused because it would take all memory or time.",
+            )
 
 
 def root_element(document: minidom.Document) -> minidom.Element:
@@ -75,16 +127,16 @@ def root_element(document: minidom.Document) -> minidom.Element:
     return element
 
 
-def parse_bytes(text: bytes, file: str) -> minidom.Document:
-    """Parse XML bytes into a stamped DOM.
+def parse_bytes(text: bytes, file: str, bounds: XmlBounds = USUAL) -> minidom.Document:
+    """Parse XML bytes into a stamped DOM, without comments and processing instructions.
 
     Raises:
-        ModelError: the bytes are not well-formed XML, are too large, or hold a DTD or entity.
+        ModelError: the bytes are not well-formed XML, are beyond the bounds, or hold a DTD or entity.
     """
-    if len(text) > MAX_BYTES:
-        raise ModelError(f"the file is larger than {MAX_BYTES // 1_000_000} MB", where=file)
+    if len(text) > bounds.size:
+        raise ModelError(f"the file is larger than {bounds.size / 1e6:g} MB", where=file)
     try:
-        document = _StampingBuilder(file).parseString(text)
+        document = _StampingBuilder(file, bounds).parseString(text)
     except ExpatError as error:
         _refuse_other_encoding(text, file)
         raise ModelError(f"not well-formed XML ({error})", where=Source(file, error.lineno)) from None

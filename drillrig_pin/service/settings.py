@@ -23,10 +23,11 @@ class Limits:
         upload: size of an uploaded model [bytes].
         body_time: time a client has to send a request [s].
         uploads: models kept.
-        links, elements: of an uploaded model.
+        links, elements, dofs: of an uploaded model; as many joints as links, and of them so many degrees of freedom.
+        nodes, attributes, comments: XML elements of any kind in it, attributes of one of them, comments.
         samples: of a run, duration x output_rate.
         steps: of a run with a given step, duration / step.
-        cases: of a study.
+        cases, names: of a study: its rows, and what it varies.
         requests: that one client may send a minute.
         submissions: of them those that start something.
         logins: of them those that try a token.
@@ -43,9 +44,14 @@ class Limits:
     uploads: int = 200
     links: int = 200
     elements: int = 500
+    dofs: int = 200
+    nodes: int = 20_000
+    attributes: int = 100
+    comments: int = 20_000
     samples: int = 500_000
     steps: int = 50_000_000
     cases: int = 10_000
+    names: int = 100
     requests: int = 12_000
     submissions: int = 1_200
     logins: int = 20

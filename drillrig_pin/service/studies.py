@@ -17,8 +17,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from drillrig_pin.batch.axes import Axis, GridAxis, LatinHypercubeAxis, RangeAxis, SobolAxis, Span, ZipAxis
-from drillrig_pin.batch.cases import unfold
+from drillrig_pin.batch.axes import size_of
+from drillrig_pin.batch.cases import Plan, unfold
 from drillrig_pin.batch.store import recorded
 from drillrig_pin.batch.study import Study
 from drillrig_pin.batch.worker import TRIED_AGAIN
@@ -52,16 +52,16 @@ def study_facts(document: dict[str, Any], entry: Entry, limits: Limits) -> dict[
         name in ("scenario.model", "scenario.name") or name.startswith("scenario.arguments") for name in study.names
     ):
         raise _named(ScenarioError("a study on this server varies numbers of one model", where="axes"), "axes")
-    count = math.prod(_points(axis) for axis in study.axes)
-    if count > limits.cases:
-        many = ScenarioError(f"the study has {count} cases, this server allows {limits.cases}", where="axes")
-        raise _named(many, "axes")
+    for what, asked, limit in (
+        ("varied names", lambda: len(study.names), limits.names),
+        ("cases", lambda: size_of(study.axes), limits.cases),
+    ):
+        if (count := asked()) > limit:
+            many = ScenarioError(f"the study has {_number(count)} {what}, this server allows {limit}", where="axes")
+            raise _named(many, "axes")
     plan = unfold(study)
     entry.require(plan.base.arguments)
-    for case in plan.cases:
-        changes = case.question.changes
-        entry.require({k.removeprefix("arguments."): v for k, v in changes.items() if k.startswith("arguments.")})
-        require_bounded(plan.base.changed({k: v for k, v in changes.items() if not k.startswith("arguments.")}), limits)
+    _require_cases_bounded(plan, entry, limits)
     content = {"model": entry.fingerprint, "study": study.model_dump(mode="json", exclude={"text"})}
     digest = hashlib.sha256(json.dumps([content, versions()], sort_keys=True).encode()).hexdigest()[:32]
     return {"id": digest, "name": study.name, "cases": len(plan.cases), "names": list(study.names)}
@@ -85,27 +85,22 @@ def placed(document: dict[str, Any], entry: Entry) -> dict[str, Any]:
     return {**document, "model": entry.path}
 
 
-def _points(axis: Axis) -> int:
-    """How many points an axis has, told without making them."""
-    if isinstance(axis, RangeAxis):
-        return _length(axis.range)
-    if isinstance(axis, ZipAxis):
-        return _length(next(iter(axis.zip.values())))
-    if isinstance(axis, GridAxis):
-        return math.prod(_length(values) for values in axis.grid.values())
-    if isinstance(axis, LatinHypercubeAxis):
-        return axis.latin_hypercube.samples
-    if isinstance(axis, SobolAxis):
-        return axis.sobol.samples
-    return sum(1 for _ in axis.points())
+def _number(count: int) -> str:
+    """A number of any length in a few letters."""
+    return str(count) if count < 10**15 else f"about 10^{round((count.bit_length() - 1) * math.log10(2))}"
 
 
-def _length(values: list[Any] | Span) -> int:
-    if not isinstance(values, Span):
-        return len(values)
-    if values.step is not None:
-        return math.floor((values.stop - values.start) / values.step * (1 + 1e-12)) + 1
-    return values.count or 1
+def _require_cases_bounded(plan: Plan, entry: Entry, limits: Limits) -> None:
+    """Every case as a run of its own. What varies only the model's numbers is one scenario, looked at once."""
+    seen: set[str] = set()
+    for case in plan.cases:
+        changes = case.question.changes
+        entry.require({k.removeprefix("arguments."): v for k, v in changes.items() if k.startswith("arguments.")})
+        others = {k: v for k, v in changes.items() if not k.startswith("arguments.")}
+        key = json.dumps(others, sort_keys=True)
+        if key not in seen:
+            seen.add(key)
+            require_bounded(plan.base.changed(others), limits)
 
 
 def _named(error: ScenarioError, field: str) -> ScenarioError:

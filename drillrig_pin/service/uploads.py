@@ -7,14 +7,14 @@ from typing import Any
 
 from drillrig_pin.errors import ModelError, Source, shown
 from drillrig_pin.model.modelfile import read_model_text
-from drillrig_pin.model.nodes import Node, parse_bytes, root_element, take_nodes
+from drillrig_pin.model.nodes import Node, XmlBounds, parse_bytes, root_element, take_nodes
 from drillrig_pin.service.settings import Limits
 
 #: Attributes that name a file in URDF, SDF or this package's own elements.
 FILES = frozenset({"file", "filename", "uri", "url", "href", "src"})
-#: XML elements of any kind.
-MAX_NODES = 20_000
 LONGEST_NAME = 100
+#: Degrees of freedom of a joint by its type.
+FREEDOM = {"fixed": 0, "planar": 3, "floating": 6}
 
 
 def upload_facts(content: bytes, limits: Limits) -> dict[str, Any]:
@@ -27,19 +27,22 @@ def upload_facts(content: bytes, limits: Limits) -> dict[str, Any]:
         text = content.decode("utf-8")
     except UnicodeDecodeError:
         raise ModelError("the model is not text in UTF-8", where="upload") from None
+    bounds = XmlBounds(size=limits.upload, attributes=limits.attributes, comments=limits.comments)
     # Nothing is read along with it: tables in files are refused before anybody would look for them.
-    root = take_nodes(root_element(parse_bytes(content, "upload")))
+    root = take_nodes(root_element(parse_bytes(content, "upload", bounds)))
     count = 0
     for node in _all(root):
         count += 1
         _require_plain(node)
-    _require_few("XML elements", count, MAX_NODES)
+    _require_few("XML elements", count, limits.nodes)
     links = sum(1 for _ in root.named("link"))
     joints = sum(1 for _ in root.named("joint"))
     elements = sum(len(block.children) for block in root.named("drillrig"))
     _require_few("links", links, limits.links)
     _require_few("joints", joints, limits.links)
     _require_few("elements", elements, limits.elements)
+    freedom = sum(FREEDOM.get(joint.attributes.get("type", ""), 1) for joint in root.named("joint"))
+    _require_few("degrees of freedom", freedom, limits.dofs)
     file = read_model_text(text, "upload")
     if not links:
         raise ModelError("the model has no link", where="upload", todo="Send a URDF file.")
