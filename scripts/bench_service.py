@@ -3,10 +3,15 @@
     python scripts/bench_service.py
 
 starts a server of its own on a free port and prints one JSON line per measurement, with the bar it is held to.
+
+    python scripts/bench_service.py --crowd --clients 1000 --seconds 600
+
+measures what a mixed crowd meets: status, lists, pages, long polls, submits, cancels, uploads, wrong tokens, hang-ups.
 """
 
 from __future__ import annotations
 
+import argparse
 import asyncio
 import json
 import os
@@ -19,24 +24,51 @@ from pathlib import Path
 from typing import Any
 
 import httpx
+from bench_crowd import Crowd
 
 CLIENTS, REQUESTS = 50, 2000
 REPEATS = 5
 
 
+TOKEN = "a-token-for-measuring-only"
+
+
 def main() -> None:
     """Start a server, measure, stop it."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--crowd", action="store_true", help="measure a mixed crowd instead")
+    parser.add_argument("--clients", type=int, default=1000, help="of the crowd")
+    parser.add_argument("--seconds", type=float, default=600.0, help="how long the crowd stays")
+    parser.add_argument("--pace", type=float, default=8.0, help="seconds between two requests of a client")
+    asked = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         script = Path(sys.executable).with_name("drillrig")
         command = [str(script), "serve", "--port", "0", "--data", f"{folder}/data"]
-        process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+        token = {"DRILLRIG_TOKEN": TOKEN} if asked.crowd else {}
+        process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env={**os.environ, **token})
         try:
             url = _address(process)
-            told(overhead(url))
-            told(asyncio.run(load(url, process.pid)))
+            if asked.crowd:
+                told(crowd(url, process.pid, asked.clients, asked.seconds, asked.pace))
+            else:
+                told(overhead(url))
+                told(asyncio.run(load(url, process.pid)))
         finally:
             process.terminate()
             process.wait()
+
+
+def crowd(url: str, server: int, clients: int, seconds: float, pace: float) -> dict[str, Any]:
+    """A finished run, one that waits, and then everybody."""
+    headers = {"Authorization": f"Bearer {TOKEN}"}
+    with httpx.Client(base_url=url, timeout=60, headers=headers) as client:
+        runs = []
+        for name, duration in (("first", 0.2), ("second", 0.3)):
+            run = client.post("/v1/runs", json={"scenario": {"name": name, "duration": duration}}).json()
+            while run["status"] in ("queued", "running"):
+                run = client.get(f"/v1/runs/{run['id']}", params={"wait": 10}).json()
+            runs.append(run["id"])
+    return asyncio.run(Crowd(url, TOKEN, runs, clients=clients, seconds=seconds, pace=pace).gather(server))
 
 
 def told(document: dict[str, Any]) -> None:

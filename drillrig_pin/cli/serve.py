@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 from pathlib import Path
 from typing import Annotated
@@ -9,7 +10,7 @@ from typing import Annotated
 import typer
 
 from drillrig_pin.cli.output import console
-from drillrig_pin.errors import ScenarioError
+from drillrig_pin.errors import ScenarioError, shown
 
 TOKEN = "DRILLRIG_TOKEN"
 
@@ -44,6 +45,14 @@ def serve(
         list[str] | None,
         typer.Option("--allow-host", metavar="NAME", help="Name clients may use for this server. May be repeated."),
     ] = None,
+    proxy: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--proxy",
+            metavar="ADDRESS",
+            help="Proxy in front, or its network (10.0.0.0/8), whose X-Forwarded-* are believed. May be repeated.",
+        ),
+    ] = None,
     time_limit: Annotated[
         float, typer.Option("--time-limit", metavar="S", min=0.1, help="Seconds a run may take.")
     ] = 600.0,
@@ -69,6 +78,7 @@ def serve(
         scheduler=scheduler,
         library=models,
         hosts=tuple(allow_host or ()),
+        proxies=_proxies(proxy or []),
         limits=limits,
         **({} if workers is None else {"workers": workers}),
     )
@@ -79,10 +89,28 @@ def serve(
     run_server(settings, ready)
 
 
+def _proxies(given: list[str]) -> tuple[str, ...]:
+    """Addresses and networks, as they were given; ScenarioError for what is neither."""
+    from drillrig_pin.service.proxy import networks
+
+    for text in given:
+        try:
+            networks([text])
+        except ValueError:
+            raise ScenarioError(
+                f"{shown(text)} is no address and no network", where="--proxy", todo="Write 127.0.0.1 or 10.0.0.0/8."
+            ) from None
+    return tuple(given)
+
+
 def _token(file: Path | None) -> str | None:
-    """The token of a file or of the environment; ScenarioError if it is none."""
+    """The token of a file or of the environment; ScenarioError if it is none.
+
+    The environment is rid of it in either case: workers and whatever they start need not know it.
+    """
+    given = _taken_from_environment()
     if file is None:
-        text = os.environ.get(TOKEN, "")
+        text = given
         where = TOKEN
         if not text:
             return None
@@ -100,6 +128,22 @@ def _token(file: Path | None) -> str | None:
             todo="Make one with: python -c 'import secrets; print(secrets.token_urlsafe())'",
         )
     return token
+
+
+def _taken_from_environment() -> str:
+    """The variable, which is gone afterwards: for this process, for those it starts, and from ``/proc/PID/environ``.
+
+    The latter shows the memory the system handed the environment over in. What a shell, a container or a service
+    manager keeps of its own is beyond reach.
+    """
+    library = ctypes.CDLL(None)
+    library.getenv.restype = ctypes.c_void_p
+    place = library.getenv(TOKEN.encode())
+    text = os.environ.pop(TOKEN, "")
+    if place:
+        # Python's own variables lie elsewhere; taking one away leaves the memory as it was.
+        ctypes.memset(place, ord("x"), len(os.fsencode(text)))
+    return text
 
 
 #: A shorter token can be guessed.

@@ -11,6 +11,7 @@ from typing import Any
 from fastapi import FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
+from starlette.routing import Match
 
 from drillrig_pin.errors import DrillrigError
 from drillrig_pin.service import routes_models, routes_page, routes_runs, routes_studies, routes_uploads
@@ -19,6 +20,7 @@ from drillrig_pin.service.gate import Gate
 from drillrig_pin.service.problems import (
     MEDIA_TYPE,
     Problem,
+    own_fault,
     plain_problem,
     problem_of,
     validation_problem,
@@ -29,6 +31,8 @@ from drillrig_pin.service.settings import Settings
 from drillrig_pin.service.watch import Numbers, make_log
 from drillrig_pin.trajectory import versions
 
+#: What a path may be asked by.
+METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE")
 DESCRIPTION = """Vibration of drilling rigs over HTTP. Ask for a run (`POST /v1/runs`), watch it (`/events`), read its
 numbers (`/metrics`), figures, report and file. Units are SI, pressures absolute where numbers are shown.
 Errors are problem details (RFC 9457)."""
@@ -78,7 +82,9 @@ def create_app(settings: Settings, log: Any = None) -> Gate:
     app.add_exception_handler(DrillrigError, _refused)
     app.add_exception_handler(RequestValidationError, _not_valid)
     app.add_exception_handler(HTTPException, _http)
-    gate = Gate(app, settings, access, log, numbers)
+    # Without it Starlette answers with plain text before the gate sees the error, which the gate then logs.
+    app.add_exception_handler(Exception, _own_fault)
+    gate = app.state.gate = Gate(app, settings, access, log, numbers)
     return gate
 
 
@@ -95,11 +101,30 @@ def _not_valid(request: Request, error: Exception) -> Response:
     return _answer(request, validation_problem(found))
 
 
+def _own_fault(request: Request, error: Exception) -> Response:
+    return _answer(request, own_fault(request.scope["state"].get("request_id")))
+
+
 def _http(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
-    sentences = {404: "There is nothing at this path.", 405: "This path does not know that method."}
+    if error.status_code == 405:
+        known = _methods(request)
+        if request.method == "OPTIONS":
+            return Response(status_code=204, headers={"Allow": known})
+        return _answer(request, plain_problem(405, "This path does not know that method."), {"Allow": known})
+    sentences = {404: "There is nothing at this path."}
     sentence = sentences.get(error.status_code, f"{error.detail or HTTPStatus(error.status_code).phrase}")
     return _answer(request, plain_problem(error.status_code, sentence), dict(error.headers or {}))
+
+
+def _methods(request: Request) -> str:
+    """The methods a path knows: what every route of it takes, and what the gate makes of GET."""
+    found = {"OPTIONS"}
+    for method in METHODS:
+        scope = {**request.scope, "method": method}
+        if any(route.matches(scope)[0] is Match.FULL for route in request.app.routes):
+            found.add(method)
+    return ", ".join(sorted(found | ({"HEAD"} if "GET" in found else set())))
 
 
 def _answer(request: Request, problem: Problem, headers: dict[str, str] | None = None) -> Response:

@@ -1,4 +1,4 @@
-"""Makes what is asked for beside the runs themselves, in a process of its own: once, however many ask for it."""
+"""Makes what is asked for beside the runs themselves, in processes of their own: once, however many ask for it."""
 
 from __future__ import annotations
 
@@ -7,15 +7,12 @@ from collections.abc import Callable, Hashable
 from typing import Any
 
 from drillrig_pin.batch.pools import LocalPool, TimeOutError, outcome_of
+from drillrig_pin.service.lanes import DRAW, Asked, Kind, Lane
 from drillrig_pin.service.problems import Problem, ServiceError
 from drillrig_pin.service.rendering import Made, guarded
 from drillrig_pin.service.runs import PRELOAD
 from drillrig_pin.service.settings import Limits
-
-#: A figure or a page takes a second or two; what takes longer than this hangs [s].
-TIME = 120.0
-#: More than this waiting is more than anybody will wait for.
-WAITING = 64
+from drillrig_pin.service.visit import client, unless_gone
 
 
 class RefusedError(ServiceError):
@@ -28,60 +25,74 @@ class RefusedError(ServiceError):
 
 
 class Desk:
-    """One worker process, and who waits for what."""
+    """Worker processes of every kind of work, and who waits for what."""
 
     def __init__(self, limits: Limits) -> None:
         self.limits = limits
-        self._pool: LocalPool | None = None
-        self._making: dict[Hashable, asyncio.Future[Any]] = {}
+        self._pools: dict[str, LocalPool] = {}
+        self._lanes: dict[str, Lane] = {}
+        self._asked: dict[Hashable, Asked] = {}
 
-    async def make(self, key: Hashable, function: Callable[..., Any], *arguments: Any) -> Any:
+    async def make(self, key: Hashable, function: Callable[..., Any], *arguments: Any, kind: Kind = DRAW) -> Any:
         """The value of a function of :mod:`drillrig_pin.service.rendering`; asks of one key share one call.
 
         Raises:
             ServiceError: it met an error, took too long, or too much waits already.
         """
-        waiting = self._making.get(key)
-        if waiting is None:
-            if len(self._making) >= WAITING:
-                raise ServiceError(
-                    429, "too much is being drawn already", todo="Try again in 5 s.", headers={"Retry-After": "5"}
-                )
-            future = self._ready().submit(TIME, guarded, self.limits, function, *arguments)
-            waiting = self._making[key] = asyncio.ensure_future(_told(future))
-            waiting.add_done_callback(lambda done: self._done(key, done))
-        # A client that goes away must not take the others' answer with it.
-        made: Made = await asyncio.shield(waiting)
+        asked = self._asked.get(key)
+        if asked is None:
+            lane = self._lane(kind)
+            asked = Asked(client(), lambda: self._begin(kind, function, arguments))
+            lane.put(asked)
+            self._asked[key] = asked
+            asked.future.add_done_callback(lambda done: self._done(key, done))
+        asked.waiting += 1
+        try:
+            # A client that goes away must not take the others' answer with it.
+            made: Made = await unless_gone(_shielded(asked.future))
+        finally:
+            asked.waiting -= 1
+            if not asked.waiting:
+                self._lane(kind).forget(asked)
         if made.problem is not None:
             raise RefusedError(made.problem, damaged=made.damaged)
         return made.value
 
     def warm_up(self) -> None:
-        """Start the worker ahead of the first question."""
-        self._ready().submit(TIME, abs, 0)
-
-    def _ready(self) -> LocalPool:
-        if self._pool is None:
-            self._pool = LocalPool(1, PRELOAD)
-        return self._pool
+        """Start the workers that draw ahead of the first question."""
+        self._pool(DRAW).submit(DRAW.time, abs, 0)
 
     def close(self) -> None:
-        """Kill the worker."""
-        if self._pool is not None:
-            self._pool.close()
+        """Kill the workers."""
+        for pool in self._pools.values():
+            pool.close()
+
+    async def _begin(self, kind: Kind, function: Callable[..., Any], arguments: tuple[Any, ...]) -> Made:
+        future: Any = self._pool(kind).submit(kind.time, guarded, self.limits, function, *arguments)
+        await asyncio.wait([asyncio.wrap_future(future)])
+        made: Made
+        made, cause = outcome_of(future)
+        if isinstance(cause, TimeOutError):
+            raise ServiceError(503, f"making it took longer than {kind.time:g} s", headers={"Retry-After": "60"})
+        if cause is not None:
+            raise ServiceError(503, "the process that made it ended", todo="Try again.", headers={"Retry-After": "1"})
+        return made
+
+    def _pool(self, kind: Kind) -> LocalPool:
+        if kind.name not in self._pools:
+            self._pools[kind.name] = LocalPool(kind.workers, PRELOAD)
+        return self._pools[kind.name]
+
+    def _lane(self, kind: Kind) -> Lane:
+        if kind.name not in self._lanes:
+            self._lanes[kind.name] = Lane(kind, self.limits.made)
+        return self._lanes[kind.name]
 
     def _done(self, key: Hashable, done: asyncio.Future[Any]) -> None:
-        self._making.pop(key, None)
+        self._asked.pop(key, None)
         if not done.cancelled():
             done.exception()
 
 
-async def _told(future: Any) -> Made:
-    await asyncio.wait([asyncio.wrap_future(future)])
-    made: Made
-    made, cause = outcome_of(future)
-    if isinstance(cause, TimeOutError):
-        raise ServiceError(503, f"making it took longer than {TIME:g} s", headers={"Retry-After": "60"})
-    if cause is not None:
-        raise ServiceError(503, "the process that made it ended", todo="Try again.", headers={"Retry-After": "1"})
-    return made
+async def _shielded(future: asyncio.Future[Made]) -> Made:
+    return await asyncio.shield(future)

@@ -8,6 +8,7 @@ import math
 import re
 import time
 import uuid
+from collections import Counter
 from http.cookies import CookieError, SimpleCookie
 from typing import Any
 
@@ -16,29 +17,18 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from drillrig_pin.errors import DrillrigError
 from drillrig_pin.service.access import SAFE, Access
-from drillrig_pin.service.problems import MEDIA_TYPE, Problem, ServiceError, plain_problem, problem_of
+from drillrig_pin.service.headers import USUAL
+from drillrig_pin.service.problems import MEDIA_TYPE, Problem, ServiceError, own_fault, problem_of
+from drillrig_pin.service.proxy import Proxied, household
 from drillrig_pin.service.settings import Settings
+from drillrig_pin.service.visit import VISIT, Visit
 from drillrig_pin.service.watch import Numbers
 
 UPLOADS = "/v1/uploads"
-#: Of everything this server sends that is no page made of a run: it may use what the server itself holds, no more.
-POLICY = (
-    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; font-src 'self'; "
-    "connect-src 'self'; frame-src 'self'; form-action 'self'; base-uri 'none'; frame-ancestors 'self'"
-)
-HEADERS = {
-    "X-Content-Type-Options": "nosniff",
-    "X-Frame-Options": "SAMEORIGIN",
-    "Referrer-Policy": "no-referrer",
-    "Cross-Origin-Opener-Policy": "same-origin",
-    "Cross-Origin-Resource-Policy": "same-origin",
-    "Permissions-Policy": "camera=(), geolocation=(), microphone=()",
-    "Content-Security-Policy": POLICY,
-    "Cache-Control": "no-store",
-}
-_HEADERS = [(name.lower().encode(), value.encode()) for name, value in HEADERS.items()]
+HEALTH = "/healthz"
 #: Of a request that is too large, so much is read before it is refused [bytes].
 DRAINED = 20_000_000
+_LARGE = re.compile(rb"[eE]\+?0*[1-9]\d\d|\d{200}")
 _REQUEST_ID = re.compile(r"[A-Za-z0-9_-]{1,64}")
 
 
@@ -59,6 +49,8 @@ class Gate:
         self.app, self.settings, self.access, self.log, self.numbers = app, settings, access, log, numbers
         bounds = settings.limits
         self._limiter = FixedWindowRateLimiter(MemoryStorage())
+        self._under_way: Counter[str] = Counter()
+        self._entry: ASGIApp = Proxied(self._serve, settings.proxies) if settings.proxies else self._serve
         self._rates = {
             "requests": limits.RateLimitItemPerMinute(bounds.requests),
             "submissions": limits.RateLimitItemPerMinute(bounds.submissions),
@@ -67,14 +59,20 @@ class Gate:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one request."""
-        if scope["type"] != "http":
+        if scope["type"] == "http":
+            await self._entry(scope, receive, send)
+        else:
             await self.app(scope, receive, send)
-            return
+
+    async def _serve(self, scope: Scope, receive: Receive, send: Send) -> None:
         started, headers = time.perf_counter(), Headers(scope=scope)
         given = headers.get("x-request-id", "")
         number = given if _REQUEST_ID.fullmatch(given) else uuid.uuid4().hex
         scope.setdefault("state", {})["request_id"] = number
-        status = 0
+        client, method = household(_client(scope)), scope["method"]
+        only_head, status, failed = method == "HEAD", 0, None
+        if only_head:
+            scope = {**scope, "method": "GET"}
 
         async def answer(message: Message) -> None:
             nonlocal status
@@ -82,61 +80,80 @@ class Gate:
                 status = message["status"]
                 sent = message.get("headers", ())
                 names = {name for name, _ in sent}
-                usual = [(name, value) for name, value in _HEADERS if name not in names]
+                usual = [(name, value) for name, value in USUAL if name not in names]
                 message["headers"] = [*sent, (b"x-request-id", number.encode()), *usual]
+            elif only_head:
+                message = {**message, "body": b""}
             await send(message)
 
+        self._under_way[client] += 1
         try:
-            await self.app(scope, await self._admitted(scope, headers, receive), answer)
+            visit = await self._admitted(scope, headers, receive, client)
+            VISIT.set(visit)
+            await self.app(scope, visit.receive, answer)
         except ServiceError as error:
-            await _refuse(answer, problem_of(error), number, error.headers)
-        except Exception:
-            self.log.error(
-                "request failed", request_id=number, method=scope["method"], path=_path(scope), exc_info=True
-            )
             if not status:
-                sentence = f"The server met an error of its own. Tell its operator the number {number}."
-                await _refuse(answer, plain_problem(500, sentence), number, {})
+                await _refuse(answer, problem_of(error), number, error.headers)
+        except Exception as error:
+            failed = error
+            self.log.error("request failed", request_id=number, method=method, path=_path(scope), exc_info=True)
+            if not status:
+                await _refuse(answer, own_fault(number), number, {})
         finally:
+            self._under_way[client] -= 1
+            if not self._under_way[client]:
+                del self._under_way[client]
             seconds = time.perf_counter() - started
             route = getattr(scope.get("route"), "path", "other")
-            self.numbers.requests.labels(scope["method"] if route != "other" else "", route, status).inc()
+            self.numbers.requests.labels(method if route != "other" else "", route, status).inc()
             self.numbers.latency.labels(route).observe(seconds)
             self.log.info(
                 "request",
                 request_id=number,
                 client=_client(scope),
-                method=scope["method"],
+                method=method,
                 path=_path(scope),
                 status=status,
                 seconds=round(seconds, 4),
+                **({"failed": type(failed).__name__} if failed else {}),
             )
 
-    async def _admitted(self, scope: Scope, headers: Headers, receive: Receive) -> Receive:
-        """The request's body, read and found acceptable; ServiceError if it is not admitted."""
-        method, path = scope["method"], scope["path"]
+    async def _admitted(self, scope: Scope, headers: Headers, receive: Receive, client: str) -> Visit:
+        """The request with its body, read and found acceptable; ServiceError if it is not admitted."""
+        method, path, bounds = scope["method"], scope["path"], self.settings.limits
         self.access.require_host(headers.get("host", ""))
-        self._count("requests", scope)
-        if path == "/login" and method == "POST":
-            self._count("logins", scope)
+        if path == HEALTH and method in SAFE:
+            # Whoever looks after the server has to see it live however many others ask for something.
+            return Visit(client, receive)
+        if scope["state"].get("crowded"):
+            raise _busy(503, "more connections are open than this server keeps")
+        if self._under_way[client] > bounds.under_way:
+            raise _busy(429, f"more than {bounds.under_way} requests of this address are under way")
+        cookies = _cookies(headers)
+        entrance = self.access.entrance(headers, cookies)
+        # Who shows the token is not counted with strangers who share its address.
+        self._count("requests", f"{client} {'known' if entrance else ''}")
         try:
-            cookie = self.access.require_known(path, headers, _cookies(headers))
+            self.access.require_known(path, headers, entrance)
         except ServiceError:
             if "authorization" in headers:
-                self._count("logins", scope)
+                self.wrong_token(client)
             raise
-        self.access.require_own_page(method, headers, cookie=cookie)
+        self.access.require_own_page(method, headers, cookie=entrance == "cookie")
         if method in SAFE or method == "DELETE":
-            return receive
-        self._count("submissions", scope)
-        bounds = self.settings.limits
+            return Visit(client, receive)
+        self._count("submissions", f"{client} {'known' if entrance else ''}")
         body = await _read(headers, receive, bounds.upload if path == UPLOADS else bounds.body, bounds.body_time)
         if "json" in headers.get("content-type", ""):
             _require_strict(body)
-        return _again(body, receive)
+        return Visit(client, _again(body, receive))
 
-    def _count(self, kind: str, scope: Scope) -> None:
-        item, client = self._rates[kind], _client(scope)
+    def wrong_token(self, client: str) -> None:
+        """Count a token that is none; ServiceError 429 when it was one too many. A right one is never counted."""
+        self._count("logins", client)
+
+    def _count(self, kind: str, client: str) -> None:
+        item = self._rates[kind]
         if not self._limiter.hit(item, kind, client):
             wait = max(1, math.ceil(self._limiter.get_window_stats(item, kind, client).reset_time - time.time()))
             raise ServiceError(
@@ -145,6 +162,10 @@ class Gate:
                 todo=f"Try again in {wait} s.",
                 headers={"Retry-After": str(wait)},
             )
+
+
+def _busy(status: int, what: str) -> ServiceError:
+    return ServiceError(status, what, todo="Try again in 2 s.", headers={"Retry-After": "2", "Connection": "close"})
 
 
 async def _read(headers: Headers, receive: Receive, limit: int, seconds: float) -> bytes:
@@ -196,8 +217,10 @@ def _require_strict(body: bytes) -> None:
     """ServiceError 400 for what is not JSON; NaN and infinity are not, whatever Python's reader thinks of them."""
     if not body:
         return
+    # Numbers that could be beyond every number are looked at one by one, which takes long where there are many.
+    read = _finite if _LARGE.search(body) else None
     try:
-        json.loads(body, parse_constant=_no_constant, parse_float=_finite)
+        json.loads(body, parse_constant=_no_constant, parse_float=read)
     except RecursionError:
         raise ServiceError(400, "the JSON is nested too deeply") from None
     except ValueError as error:

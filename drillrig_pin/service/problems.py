@@ -15,6 +15,8 @@ from drillrig_pin.errors import (
 
 MEDIA_TYPE = "application/problem+json"
 VARIANTS = frozenset({"float", "str", "constrained-float", "constrained-str", "list[str]", "dict[str,any]"})
+#: So many things that are wrong with a request are told; nobody reads more.
+MOST = 50
 #: Problems that are errors of this package are named after its classes, so that a client can raise the same ones.
 PREFIX = "urn:drillrig:error:"
 
@@ -95,10 +97,15 @@ def plain_problem(status: int, detail: str) -> Problem:
     )
 
 
+def own_fault(number: str | None) -> Problem:
+    """The server's own error, which its log tells under this number."""
+    return plain_problem(500, f"The server met an error of its own. Tell its operator the number {number}.")
+
+
 def validation_problem(errors: list[Any]) -> Problem:
     """What pydantic found in a request, in the words of the scenario's own errors."""
     findings = []
-    for error in errors:
+    for error in errors[:MOST]:
         # Names of variants that pydantic puts between are no words of the request.
         way = [str(part) for part in error["loc"] if str(part) not in VARIANTS]
         place = ".".join(way[1:] if len(way) > 1 and way[0] in ("body", "query", "path", "header") else way)

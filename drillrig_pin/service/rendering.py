@@ -32,7 +32,7 @@ class Made:
 def guarded(limits: Limits, function: Callable[..., Any], *arguments: Any) -> Made:
     """Call a function of this module; errors come back as problems, which travel between processes."""
     try:
-        with bounded(limits.job_memory, limits.output):
+        with bounded(min(limits.job_memory, limits.made_memory), limits.output):
             return Made(function(*arguments))
     except MemoryError:
         error = ModelError("this needs more memory than the server grants", todo="Ask for less at once.")

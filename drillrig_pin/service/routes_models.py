@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections import Counter
 from typing import Annotated, Any
 
@@ -15,6 +16,7 @@ from drillrig_pin.model.ranges import Range
 from drillrig_pin.scenario import load_scenario
 from drillrig_pin.service import rendering
 from drillrig_pin.service.answers import PROBLEMS, Served
+from drillrig_pin.service.lanes import CHECK
 from drillrig_pin.service.library import Entry
 from drillrig_pin.service.schemas import (
     CheckView,
@@ -58,10 +60,10 @@ def model_parameters(name: ModelName, service: Served) -> list[ParameterView]:
 @router.post("/models/{name}/check", response_model=CheckView)
 async def check_model(name: ModelName, request: ModelRequest, service: Served) -> Any:
     """Everything wrong or suspicious in a model with these arguments, as `drillrig check` says it."""
-    entry = service.library.entry(name)
+    entry = await asyncio.to_thread(service.library.entry, name)
     entry.require(request.arguments)
     key = (name, entry.fingerprint, repr(sorted(request.arguments.items())), "check")
-    return await service.desk.make(key, rendering.check, entry.path, entry.text, request.arguments, name)
+    return await service.desk.make(key, rendering.check, entry.path, entry.text, request.arguments, name, kind=CHECK)
 
 
 @router.post(
@@ -71,12 +73,12 @@ async def check_model(name: ModelName, request: ModelRequest, service: Served) -
 )
 async def expand_model(name: ModelName, request: ModelRequest, service: Served) -> Response:
     """The model with these arguments as one plain URDF, which other robotics tools open."""
-    entry = service.library.entry(name)
+    entry = await asyncio.to_thread(service.library.entry, name)
     entry.require(request.arguments)
     text = entry.text
     if not text:
         key = (name, entry.fingerprint, repr(sorted(request.arguments.items())), "urdf")
-        text = await service.desk.make(key, rendering.expanded, entry.path, request.arguments)
+        text = await service.desk.make(key, rendering.expanded, entry.path, request.arguments, kind=CHECK)
     return Response(text, media_type="application/xml")
 
 

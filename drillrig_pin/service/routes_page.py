@@ -10,10 +10,12 @@ from typing import Annotated
 from fastapi import APIRouter, Form, Request, Response
 from fastapi.responses import FileResponse, RedirectResponse
 
-from drillrig_pin.service.access import COOKIE, SESSION, Access
+from drillrig_pin.service.access import COOKIE, Access
 from drillrig_pin.service.answers import PROBLEMS, Served, file_answer
 from drillrig_pin.service.problems import ServiceError
 from drillrig_pin.service.schemas import Health
+from drillrig_pin.service.sessions import SESSION
+from drillrig_pin.service.visit import client
 from drillrig_pin.trajectory import versions
 
 Token = Annotated[str, Form(min_length=1, max_length=1000, description="the server's token")]
@@ -60,12 +62,13 @@ def login(request: Request, token: Token) -> Response:
     """Trade the token for a cookie that scripts cannot read and other sites cannot use."""
     access: Access = request.app.state.access
     if not access.open and not access.knows(token):
+        request.app.state.gate.wrong_token(client())
         raise ServiceError(401, "this is not the server's token", field="token")
     answer = RedirectResponse("/", 303)
     if not access.open:
         answer.set_cookie(
             COOKIE,
-            access.session(),
+            access.sessions.open(),
             max_age=SESSION,
             path="/",
             secure=request.url.scheme == "https",
@@ -76,10 +79,12 @@ def login(request: Request, token: Token) -> Response:
 
 
 @router.post("/logout", status_code=303, response_class=Response, responses={303: {"description": "logged out"}})
-def logout() -> Response:
-    """Forget the cookie."""
+def logout(request: Request) -> Response:
+    """End the login; its cookie opens nothing any more."""
+    access: Access = request.app.state.access
+    access.sessions.end(request.cookies.get(COOKIE, ""))
     answer = RedirectResponse("/", 303)
-    answer.delete_cookie(COOKIE, path="/", httponly=True, samesite="strict")
+    answer.delete_cookie(COOKIE, path="/", secure=request.url.scheme == "https", httponly=True, samesite="strict")
     return answer
 
 

@@ -20,6 +20,7 @@ from drillrig_pin.service.desk import RefusedError
 from drillrig_pin.service.events import awaited, job_events
 from drillrig_pin.service.job import NotReadableError
 from drillrig_pin.service.kept import kept
+from drillrig_pin.service.lanes import PLAN
 from drillrig_pin.service.library import UPLOAD
 from drillrig_pin.service.problems import Problem, ServiceError
 from drillrig_pin.service.records import Job
@@ -71,7 +72,7 @@ async def submit_study(request: StudyRequest, service: Served, response: Respons
     document = request.model_dump(exclude_unset=True, exclude_none=True, exclude={"model"})
     entry = await asyncio.to_thread(service.library.entry, request.model)
     key = (entry.name, entry.fingerprint, json.dumps(document, sort_keys=True), "study")
-    facts = await service.desk.make(key, study_facts, document, entry, service.settings.limits)
+    facts = await service.desk.make(key, study_facts, document, entry, service.settings.limits, kind=PLAN)
     job, new = await asyncio.to_thread(service.submit, study_job(entry, document, facts))
     if not new and job.ended:
         response.status_code = 200

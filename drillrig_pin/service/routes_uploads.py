@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Body, Path, Response
 
 from drillrig_pin.service.answers import PROBLEMS, Served
+from drillrig_pin.service.lanes import READ
 from drillrig_pin.service.library import UPLOAD
 from drillrig_pin.service.problems import ServiceError
 from drillrig_pin.service.schemas import UploadView
@@ -27,7 +28,7 @@ async def upload_model(content: Content, service: Served, response: Response) ->
         limits = service.settings.limits
         if len(service.records.uploads()) >= limits.uploads:
             raise ServiceError(409, f"the server keeps {limits.uploads} uploads already", todo="Delete one first.")
-        facts = await service.desk.make((number, "upload"), upload_facts, content, limits)
+        facts = await service.desk.make((number, "upload"), upload_facts, content, limits, kind=READ)
         service.records.add_upload(number, facts["name"], content.decode("utf-8"), facts)
         known = service.records.upload(number)
     response.headers["Location"] = f"/v1/uploads/{number}"

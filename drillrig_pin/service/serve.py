@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import logging
 import socket
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from drillrig_pin.errors import DrillrigError
 from drillrig_pin.service.settings import Settings
 
+if TYPE_CHECKING:
+    from drillrig_pin.service.gate import Gate
+
 #: Answers under way when the server is told to stop get this long [s].
 GRACE = 3
-#: More at once are turned away with 503.
-CONNECTIONS = 1000
 
 
 class ServeError(DrillrigError):
@@ -22,6 +25,12 @@ class ServeError(DrillrigError):
 
 def require_safe(settings: Settings) -> None:
     """ServeError for an address that others can reach without a token."""
+    if settings.proxies and settings.token is None:
+        raise ServeError(
+            "others reach this server through its proxy, and no token is set",
+            where="--proxy",
+            todo="Give --token-file FILE or the environment variable DRILLRIG_TOKEN.",
+        )
     if not settings.local and settings.token is None:
         raise ServeError(
             f"{settings.host} can be reached from other machines, and no token is set",
@@ -67,7 +76,6 @@ def _serve(settings: Settings, listener: socket.socket, ready: Callable[[str], N
     import uvicorn
 
     from drillrig_pin.service.app import create_app
-    from drillrig_pin.service.connection import PromptConnection
 
     app = create_app(settings)
     logging.getLogger("uvicorn").setLevel(logging.CRITICAL)
@@ -79,9 +87,8 @@ def _serve(settings: Settings, listener: socket.socket, ready: Callable[[str], N
         proxy_headers=False,
         timeout_graceful_shutdown=GRACE,
         lifespan="on",
-        http=PromptConnection,
+        http=_connections(settings, app),
         ws="none",
-        limit_concurrency=CONNECTIONS,
         h11_max_incomplete_event_size=32_768,
     )
     host, port = listener.getsockname()[:2]
@@ -97,3 +104,17 @@ def _serve(settings: Settings, listener: socket.socket, ready: Callable[[str], N
         server.run(sockets=[listener])
     if app.failure is not None:
         raise app.failure
+
+
+def _connections(settings: Settings, app: Gate) -> type[asyncio.Protocol]:
+    """Connections that are counted together, and told of in the server's log."""
+    from drillrig_pin.service.connection import PromptConnection
+    from drillrig_pin.service.crowd import Crowd, files
+    from drillrig_pin.service.proxy import Proxied
+
+    def told(number: str, address: str, status: int) -> None:
+        app.log.info("no request", request_id=number, client=address, status=status)
+
+    proxied = Proxied(app, settings.proxies)
+    together = Crowd(settings.limits.connections, files(), proxied.trusts)
+    return type("Connection", (PromptConnection,), {"crowd": together, "tell": staticmethod(told)})

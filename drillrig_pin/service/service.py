@@ -11,6 +11,7 @@ from pathlib import Path
 from drillrig_pin.batch.store import TABLE
 from drillrig_pin.errors import ResultFileError
 from drillrig_pin.files import lock_folder
+from drillrig_pin.service.bell import Bell
 from drillrig_pin.service.desk import Desk
 from drillrig_pin.service.jobs import Jobs
 from drillrig_pin.service.kept import RESULT, sha256_of
@@ -58,7 +59,13 @@ class Service:
             "run": self.runs,
             "study": StudyCarrier(settings, self.library, data / "studies"),
         }
-        self.jobs = Jobs(self.records, carriers, settings.limits.queue, listener)
+        self.bell = Bell()
+
+        def heard(step: str, job: Job) -> None:
+            listener(step, job)
+            self.bell.ring(job.id)
+
+        self.jobs = Jobs(self.records, carriers, settings.limits.queue, heard)
         self.desk = Desk(settings.limits)
 
     def start(self) -> int:

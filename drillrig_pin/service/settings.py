@@ -30,7 +30,11 @@ class Limits:
         cases, names: of a study: its rows, and what it varies.
         requests: that one client may send a minute.
         submissions: of them those that start something.
-        logins: of them those that try a token.
+        logins: wrong tokens a client may try a minute; a right one always passes.
+        under_way: requests of one client that may wait for their answer at once.
+        connections: of one address, a proxy's not counted.
+        made: figures, pages, checks, plans and uploads of one kind that one client may wait for.
+        made_memory: that making one of them may take on top of what an idle worker has [bytes].
     """
 
     job_time: float = 600.0
@@ -55,6 +59,10 @@ class Limits:
     requests: int = 12_000
     submissions: int = 1_200
     logins: int = 20
+    under_way: int = 1_000
+    connections: int = 2_000
+    made: int = 16
+    made_memory: int = 1_000 * MEGABYTE
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +77,7 @@ class Settings:
         scheduler: Dask scheduler that gets the jobs instead of processes of this machine.
         library: folder with more models, besides the shipped ones.
         hosts: names under which clients may speak to it; empty: on a local address the local ones, otherwise any.
+        proxies: addresses and networks whose X-Forwarded headers are believed.
         limits: bounds.
     """
 
@@ -80,6 +89,7 @@ class Settings:
     scheduler: str | None = None
     library: Path | None = None
     hosts: tuple[str, ...] = ()
+    proxies: tuple[str, ...] = ()
     limits: Limits = field(default_factory=Limits)
 
     @property
