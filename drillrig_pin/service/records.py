@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import json
 import threading
@@ -67,14 +68,32 @@ class Records:
         self._base.close()
 
     def add(self, job: Job) -> None:
-        """Record a job; one of the same id is replaced."""
-        values = [stored(name, getattr(job, name)) for name in FIELDS]
-        marks = ", ".join("?" * len(FIELDS))
+        """Record a job; one of the same id is replaced. ServiceError: it is not recorded, and the other one stands."""
         with self._lock:
-            self._base.write(f"INSERT OR REPLACE INTO jobs ({', '.join(FIELDS)}) VALUES ({marks})", values)
+            try:
+                before = self.job(job.id, job.kind)
+            except NotReadableError:
+                before = None
+            values = {name: getattr(job, name) for name in FIELDS}
+            marks = ", ".join("?" * len(FIELDS))
+            row = [stored(name, value) for name, value in values.items()]
+            try:
+                self._base.write(f"INSERT OR REPLACE INTO jobs ({', '.join(FIELDS)}) VALUES ({marks})", row)
+            except ServiceError:
+                self._take_back(job, before)
+                raise
             self._kept.pop(job.id, None)
-            self._forgotten.discard(job.id)
+            self._forgotten = self._forgotten - {job.id}
             self._trust(job.id)
+
+    def _take_back(self, job: Job, before: Job | None) -> None:
+        """A disk may take what it says that it refuses: whoever was refused must not find it there."""
+        with contextlib.suppress(ServiceError):
+            if self.job(job.id, job.kind) not in (None, before):
+                if before is None:
+                    self.forget(job.id)
+                else:
+                    self.keep(job.id, **{name: getattr(before, name) for name in FIELDS})
 
     def change(self, job: str, **values: Any) -> None:
         """Change some fields of a job, on the disk or not at all."""
