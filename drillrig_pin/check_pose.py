@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from drillrig_pin.errors import AssemblyError, LockedError, Source
 from drillrig_pin.fitting import fitted, start_configuration
 from drillrig_pin.joint_limits import outside_limits
 from drillrig_pin.kinematics import Array
+from drillrig_pin.model.document_text import escaped
 from drillrig_pin.model.problem import Problem
 from drillrig_pin.rig import Rig
 from drillrig_pin.scenario import Scenario
@@ -103,7 +103,7 @@ def _limits(rig: Rig, q: Array, label: str, where: Source, *, named: bool) -> It
             severity = "error" if label.startswith("pose ") else "warning"
             yield Problem(severity, f"{label}: {row}", where, "Change the pose or the joint's <limit>.")
     elif outside:
-        joints = "".join(f'<joint name={quoteattr(row.joint)} position="{row.within:g}"/>' for row in outside)
+        joints = "".join(f'<joint name="{escaped(row.joint)}" position="{row.within:g}"/>' for row in outside)
         yield Problem(
             "warning",
             f"the model names no pose, and in its zero position {'; '.join(map(str, outside[:4]))}"

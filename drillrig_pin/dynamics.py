@@ -9,12 +9,11 @@ Q - Phi_q^T lambda); for a hold of the tip it is the force of the face on the ti
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, Literal
 
 import numpy as np
 import pinocchio as pin
-import scipy.linalg
-from scipy.linalg.lapack import dgesv
 
 from drillrig_pin.elements.base import Element, Law
 from drillrig_pin.errors import SingularConfigurationError
@@ -265,10 +264,18 @@ def solve_multipliers(equations: Equations, workspace: Array | None = None) -> t
         right = np.concatenate([equations.p1, equations.p2])
     else:
         right = equations.p1
-    _, _, solution, info = dgesv(K, right, overwrite_a=True)
+    _, _, solution, info = _dgesv()(K, right, overwrite_a=True)
     if info:
         raise SingularConfigurationError("the constraints have lost rank at this configuration")
     return solution[:nv], solution[nv:]
+
+
+@cache
+def _dgesv() -> Any:
+    """LAPACK's solver. SciPy takes a third of a second to import, which a run in the core need not wait for."""
+    from scipy.linalg.lapack import dgesv
+
+    return dgesv
 
 
 def solve_least_norm(equations: Equations, rank: int) -> tuple[Array, Array]:
@@ -308,11 +315,13 @@ def solve_null_space(equations: Equations, rank: int | None = None) -> tuple[Arr
     R comes from a pivoted QR of J^T, whose first ``rank`` rows are kept (None: all), so redundant ones drop out;
     lambda is recovered with least norm from J^T lambda = M a - p1.
     """
+    from scipy.linalg import qr
+
     M, J, p1 = equations.M, equations.J, equations.p1
     if not len(J):
         return np.asarray(np.linalg.solve(M, p1)), np.zeros(0)
     rank = len(J) if rank is None else rank
-    Q, _, pivots = scipy.linalg.qr(J.T, pivoting=True)
+    Q, _, pivots = qr(J.T, pivoting=True)
     R, kept = Q[:, rank:], pivots[:rank]
     a: Array = np.linalg.solve(np.vstack([R.T @ M, J[kept]]), np.concatenate([R.T @ p1, equations.p2[kept]]))
     U, values, V = np.linalg.svd(J, full_matrices=False)

@@ -13,10 +13,10 @@ from __future__ import annotations
 
 import numpy as np
 import pinocchio as pin
-import scipy.linalg
 
 from drillrig_pin.dynamics import Dynamics
 from drillrig_pin.errors import SingularConfigurationError
+from drillrig_pin.linear import null_space
 from drillrig_pin.marching import Rates
 from drillrig_pin.trajectory import Mode
 
@@ -44,7 +44,7 @@ def modes_of(dynamics: Dynamics, rates: Rates) -> tuple[Mode, ...]:
     y[nq : nq + nv] = 0.0
     try:
         J = dynamics.assemble(0.0, q, np.zeros(nv)).J
-        Z = scipy.linalg.null_space(J) if space.m else np.eye(nv)
+        Z = null_space(J) if space.m else np.eye(nv)
         k = Z.shape[1]
         if k == 0:
             return ()  # held in every direction

@@ -18,7 +18,7 @@ LAYERS: list[tuple[str, ...]] = [
     ("model.", "yamlfile", "series"),
     ("storage", "tree_data"),
     ("kinematics",),
-    ("arrays", "finite"),
+    ("arrays", "finite", "linear"),
     ("coordinates",),
     ("elements.",),
     ("declarations", "constraints"),
@@ -139,6 +139,17 @@ def test_importing_the_package_imports_nothing_heavy() -> None:
     code = f"import sys, drillrig_pin; print(sorted({heavy} & set(sys.modules)))"
     output = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert output.strip() == "[]"
+
+
+def test_no_run_in_the_core_waits_for_scipy() -> None:
+    # SciPy takes a third of a second to import: whoever needs it imports it then. `integrators` itself comes late.
+    waiting = {
+        module
+        for module, path in FILES.items()
+        for node in ast.parse(path.read_text()).body
+        if isinstance(node, ast.Import | ast.ImportFrom) and "scipy" in ast.unparse(node)
+    }
+    assert waiting == {"integrators"}
 
 
 def test_every_public_name_can_be_had_from_the_root() -> None:

@@ -64,6 +64,7 @@ Dynamics::Dynamics(const RigSpec& spec, const LawCallback& callback)
   lu_ = Eigen::PartialPivLU<Eigen::MatrixXd>(nv);
   for (int i = 0; i < n_ - m_; ++i)
     if (spec.laws[i].load && depends_on_time_alone(spec.laws[i])) known_.push_back(i);
+  known_now_.assign(known_.size(), 0.0);
   for (const Law& law : spec.laws) switches_ += drillrig::switch_count(law);
 }
 
@@ -222,8 +223,16 @@ void Dynamics::stabilise() {
   }
 }
 
-void Dynamics::known_forces(double t, double* out) const {
-  for (const int i : known_) *out++ = evaluate(spec_.laws[i], i, context_, 0.0, 0.0, t).force;
+void Dynamics::know_forces(double t) {
+  if (t == known_time_) return;
+  for (std::size_t k = 0; k < known_.size(); ++k)
+    known_now_[k] = evaluate(spec_.laws[known_[k]], known_[k], context_, 0.0, 0.0, t).force;
+  known_time_ = t;
+}
+
+void Dynamics::known_forces(double t, double* out) {
+  know_forces(t);
+  std::copy(known_now_.begin(), known_now_.end(), out);
 }
 
 bool Dynamics::known_responses(Eigen::Ref<Eigen::MatrixXd> out) {
@@ -250,7 +259,14 @@ Status Dynamics::rate(double t, const double* y, double* dy) {
   coordinate_rates(v);
   const int forces = n_ - m_;
   double supplied = 0.0, lost = 0.0;
+  know_forces(t);
+  std::size_t next = 0;
   for (int i = 0; i < forces; ++i) {
+    if (next < known_.size() && known_[next] == i) {
+      F[i] = known_now_[next++];
+      supplied += F[i] * x_dot[i];
+      continue;
+    }
     const LawValue value = evaluate(spec_.laws[i], i, context_, x[i], x_dot[i], t);
     if (!value.ok) return Status::callback_failed;
     F[i] = value.force;

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <Eigen/QR>
+#include <limits>
 #include <vector>
 
 #include "rig.hpp"
@@ -29,7 +30,7 @@ class Dynamics {
   // Loads whose force depends on time alone: how many, their forces at t, and the accelerations a newton of each causes at
   // the state last evaluated (nv x known; false: rank is lost there).
   int known() const { return static_cast<int>(known_.size()); }
-  void known_forces(double t, double* out) const;
+  void known_forces(double t, double* out);
   bool known_responses(Eigen::Ref<Eigen::MatrixXd> out);
   // Puts y back onto f = 0, J v = 0 with the smallest change in the metric of the mass matrix.
   Status project(double* y);
@@ -75,6 +76,7 @@ class Dynamics {
   bool smallest_step(const double* violation);
   void row_of(int wrench, double* out) const;
   void gear_rows(double* out) const;
+  void know_forces(double t);                    // known_now_
 
   const RigSpec& spec_;
   LawContext context_;
@@ -83,6 +85,9 @@ class Dynamics {
   const bool simple_;
   int switches_ = 0;
   std::vector<int> known_;
+  // Their forces at the time last asked for: steps ask ahead of the rate behind them, a Jacobian many times at one time.
+  std::vector<double> known_now_;
+  double known_time_ = std::numeric_limits<double>::quiet_NaN();
   bool factored_ = false;  // L_ belongs to a mass matrix evaluated before
 
   std::vector<Wrench> W_, V_, applied_;                     // per wrench; per joint; per joint

@@ -19,12 +19,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-import scipy.linalg
 
 from drillrig_pin.analysis.design import Axis
 from drillrig_pin.analysis.series import rms, weights
 from drillrig_pin.elements.base import Element
 from drillrig_pin.kinematics import Array
+from drillrig_pin.linear import null_space
 from drillrig_pin.rig import Rig
 from drillrig_pin.trajectory import Trajectory
 from drillrig_pin.workspace import Workspace
@@ -97,7 +97,7 @@ def _influence(
     middles = x @ weight
     rows = space.rows[space.index]
     k = np.array([_stiffness(trajectory, *of) for of in zip(elements, x, middles.tolist(), strict=True)])
-    Z = scipy.linalg.null_space(space.J) if space.m else np.eye(rig.model.nv)
+    Z = null_space(space.J) if space.m else np.eye(rig.model.nv)
     anchor = rig.point(point)
     frame = space.kinematics.frames[4 * anchor.joint : 4 * anchor.joint + 4]
     place = np.array([*anchor.vector, 1.0]) @ frame

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drillrig_pin.balance import NOTHING, WORST_ENERGY, energy_reference
+from drillrig_pin.balance import NOTHING, WORST_ENERGY, balance_of
 from drillrig_pin.trajectory import Trajectory
 
 #: Beyond this a run should not be used: constraint error [m or 1].
@@ -22,7 +22,7 @@ class Trust:
     Attributes:
         error, rate: greatest |f| [m, or 1 for rotations] and |f_dot| [m/s or 1/s]; None without constraints.
         residual: greatest |E - E_0 - W_in + W_out| [J].
-        reference: energy the residual is compared with [J]; see :func:`trust`.
+        reference: energy the residual is compared with [J]; see :func:`drillrig_pin.balance.balance_of`.
         against: what that energy is: ``work in``, ``energy exchanged`` or ``nothing moved``.
         relative: residual / reference; None where nothing moved.
         estimated: greatest error of the joint positions, estimated [rad or m]; None if it was not.
@@ -61,24 +61,16 @@ class Trust:
 
 
 def trust(trajectory: Trajectory) -> Trust:
-    """Measure constraint errors and the energy balance over the whole run.
-
-    The energy residual is compared with the greatest |work in| so far. A run without loads has none: there it is the
-    energy exchanged, the greatest range of kinetic, potential or elastic energy. If that is no more than rounding of
-    the total energy or ``NOTHING``, nothing moved and there is no ratio.
-    """
+    """Measure constraint errors and the energy balance over the whole run."""
     trajectory = trajectory.record
-    residual = float(np.abs(trajectory.energy_residual).max(initial=0.0))
-    reference, against = energy_reference(trajectory)
+    balance = balance_of(trajectory)
     wall = trajectory.cost.get("wall_time", 0.0)
     held = trajectory.constraint_error.size > 0
     return Trust(
         float(np.abs(trajectory.constraint_error).max()) if held else None,
         float(np.abs(trajectory.constraint_rate).max()) if held else None,
-        residual,
-        reference,
-        against,
-        residual / reference if reference > 0 else None,
+        *balance,
+        balance.relative,
         trajectory.estimated_error,
         float(np.ptp(trajectory.q, axis=0).max(initial=0.0)) if len(trajectory.time) else 0.0,
         int(trajectory.cost.get("steps", trajectory.outcome.steps)),

@@ -7,12 +7,11 @@ imported, so the DOM would write a plain URDF file in one way before and in anot
 from __future__ import annotations
 
 from collections.abc import Iterator
+from html import escape
 from xml.dom import minidom
-from xml.sax.saxutils import escape
 
 HEAD = '<?xml version="1.0"?>'
 INDENT = "  "
-QUOTED = {'"': "&quot;"}
 
 
 def document_text(root: minidom.Element) -> str:
@@ -21,8 +20,13 @@ def document_text(root: minidom.Element) -> str:
     return "\n".join(line for line in written.splitlines() if line.strip()) + "\n"
 
 
+def escaped(text: str) -> str:
+    """Text as it stands in XML, in an attribute too. (Python's own ``saxutils`` would import its network clients.)"""
+    return escape(text, quote=False).replace('"', "&quot;")
+
+
 def _lines(element: minidom.Element, indent: str) -> Iterator[str]:
-    attributes = "".join(f' {name}="{escape(value, QUOTED)}"' for name, value in sorted(element.attributes.items()))
+    attributes = "".join(f' {name}="{escaped(value)}"' for name, value in sorted(element.attributes.items()))
     head = f"{indent}<{element.tagName}{attributes}"
     inside = [node for node in element.childNodes if isinstance(node, minidom.Element) or _said(node)]
     if not inside:
@@ -41,4 +45,4 @@ def _lines(element: minidom.Element, indent: str) -> Iterator[str]:
 
 def _said(node: minidom.Node) -> str:
     """Text of a node as XML; empty for blanks and whatever is no text."""
-    return escape(node.data, QUOTED) if isinstance(node, minidom.Text) and node.data.strip() else ""
+    return escaped(node.data) if isinstance(node, minidom.Text) and node.data.strip() else ""

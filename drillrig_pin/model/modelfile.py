@@ -8,12 +8,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 from xml.dom import minidom
-from xml.sax.saxutils import escape
 
 from drillrig_pin.errors import ModelError, Source, legal_names
 from drillrig_pin.files import MODEL_SUFFIXES, shipped_models
 from drillrig_pin.model.beside import NAMED_IN, folders
-from drillrig_pin.model.document_text import document_text
+from drillrig_pin.model.document_text import document_text, escaped
 from drillrig_pin.model.expand import expand, refuse_xacro
 from drillrig_pin.model.meshes import settle_meshes
 from drillrig_pin.model.nodes import (
@@ -130,18 +129,14 @@ def read_model(
 
 def with_elements(file: ModelFile, nodes: Sequence[Node]) -> ModelFile:
     """The model with further extension elements that have no children, in a block of their own."""
-    rows = [
-        f"    <{node.tag} {' '.join(f'{name}={_quoted(value)}' for name, value in node.attributes.items())}/>"
-        for node in nodes
-    ]
+    rows = []
+    for node in nodes:
+        attributes = [f'{name}="{escaped(value)}"' for name, value in node.attributes.items()]
+        rows.append(f"    <{node.tag} {' '.join(attributes)}/>")
     head, end, tail = file.text.rpartition("</robot>")
     text = "\n".join([head.rstrip("\n"), f"  <{BLOCK}>", *rows, f"  </{BLOCK}>", end + tail])
     block = Node(BLOCK, {}, tuple(nodes), source=Source(file.path))
     return replace(file, text=text, root=replace(file.root, children=(*file.root.children, block)))
-
-
-def _quoted(value: str) -> str:
-    return f'"{escape(value, {chr(34): "&quot;"})}"'
 
 
 def read_model_text(text: str, name: str = "<text>", folder: Path | None = None) -> ModelFile:
