@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import os
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -11,7 +12,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from drillrig_pin import hdf5
 from drillrig_pin.errors import ResultFileError
+from drillrig_pin.escaping import cell
 from drillrig_pin.files import saving
 from drillrig_pin.model.nodes import short_path
 
@@ -81,18 +84,21 @@ def read_netcdf(
     """Read arrays, names along dimensions and attributes, at the top or in a group.
 
     Raises:
-        ResultFileError: not there, or damaged.
+        ResultFileError: not there, damaged, or declaring more than a file of its size can hold.
     """
-    import h5netcdf
+    import h5py
 
+    if not os.path.lexists(path):
+        raise ResultFileError("no such result file", where=short_path(path), todo="Check the path.")
     try:
-        with h5netcdf.File(path, "r") as whole:
-            file = whole[group] if group else whole
-            attributes = {name: _clean(value) for name, value in file.attrs.items()}
-            arrays = {name: np.asarray(file.variables[name][...], dtype=float) for name in columns}
-            labels = {dim: [_text(word) for word in file.variables[dim][...]] for dim in dims}
-    except FileNotFoundError:
-        raise ResultFileError("no such result file", where=short_path(path), todo="Check the path.") from None
+        if not os.path.isfile(path):
+            raise OSError("it is no regular file")
+        # What NetCDF adds to HDF5 is not needed here, and would be read without bounds.
+        with h5py.File(path, "r") as whole:
+            file = hdf5.member(whole, group) if group else whole
+            attributes = {name: _clean(value) for name, value in hdf5.attributes(file).items()}
+            arrays = hdf5.arrays(path, file, columns)
+            labels = {dim: [_text(word) for word in hdf5.words(file, dim)] for dim in dims}
     except Exception as error:
         raise damaged(path, error) from None
     return arrays, labels, attributes
@@ -107,7 +113,7 @@ def damaged(path: Path, error: Exception) -> ResultFileError:
 def write_csv(path: Path, names: Sequence[str], table: Any) -> None:
     """Write a table with a header line; every value with all its digits. ResultFileError if not writable."""
     with _saving(path) as aside, aside.open("w", newline="") as stream:
-        csv.writer(stream).writerow(names)
+        csv.writer(stream).writerow(map(cell, names))
         np.savetxt(stream, table, fmt="%.17g", delimiter=",")
 
 

@@ -13,10 +13,10 @@ ROOT = Path(drillrig_pin.__file__).parent
 
 #: Lowest first. Files within one entry may import each other; an entry ending in a dot is a folder.
 LAYERS: list[tuple[str, ...]] = [
-    ("errors", "_drillrig", "words", "units"),
-    ("files", "memory", "litter"),
+    ("errors", "_drillrig", "words", "units", "escaping"),
+    ("files", "memory", "litter", "modest"),
     ("model.", "yamlfile", "series"),
-    ("storage", "tree_data"),
+    ("storage", "hdf5", "tree_data"),
     ("kinematics",),
     ("arrays", "finite", "linear"),
     ("coordinates",),

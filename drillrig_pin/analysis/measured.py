@@ -98,9 +98,11 @@ def read_measurement(path: Path, unit: str | None = None) -> Measurement:
     """
     where = str(path)
     try:
-        if path.stat().st_size > MAX_BYTES:
+        with path.open("rb") as stream:
+            raw = stream.read(MAX_BYTES + 1)
+        if len(raw) > MAX_BYTES:
             raise ResultFileError(f"the measurement is larger than {MAX_BYTES // 1_000_000} MB", where=where)
-        text = path.read_text(encoding="utf-8-sig")
+        text = raw.decode("utf-8-sig")
     except OSError as error:
         raise ResultFileError(f"cannot be read ({error.strerror})", where=where, todo="Check the path.") from None
     except UnicodeDecodeError:

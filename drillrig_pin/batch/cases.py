@@ -150,13 +150,20 @@ def model_fingerprint(model: str) -> str:
     change that does not matter costs a run again. Files elsewhere that a model may include are not seen.
     """
     path = find_model(model)
-    digest = hashlib.sha256(path.read_bytes())
+    digest = hashlib.sha256()
+    _take(digest, path)
     if path.suffix == ".xacro":
         for near in sorted(_readable(path.parent)):
             if near != path:
                 digest.update(str(near.relative_to(path.parent)).encode() + b"\0")
-                digest.update(near.read_bytes())
+                _take(digest, near)
     return digest.hexdigest()
+
+
+def _take(digest: Any, path: Path) -> None:
+    with path.open("rb") as stream:
+        while piece := stream.read(1_000_000):
+            digest.update(piece)
 
 
 def _readable(folder: Path) -> set[Path]:
@@ -166,4 +173,5 @@ def _readable(folder: Path) -> set[Path]:
         if inner.is_dir() and not inner.name.startswith("."):
             for suffix in ("xacro", "yaml", "yml", "csv"):
                 found |= set(inner.glob(f"*.{suffix}"))
-    return found
+    # A pipe or a device would never end.
+    return {path for path in found if path.is_file()}

@@ -41,11 +41,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+from pydantic import TypeAdapter
+
 from drillrig_pin.errors import ResultFileError
 from drillrig_pin.files import saving
+from drillrig_pin.modest import modest_bytes
 
 FILE = "sensitivity.json"
 FORMAT = "drillrig sensitivity 1"
+MAX_BYTES = 50_000_000
 
 Method = Literal["morris", "sobol"]
 
@@ -146,18 +150,15 @@ def load_sensitivity(folder: Path) -> Sensitivity:
     """Read the file of a folder back; ResultFileError if there is none or it is not one."""
     target = folder / FILE
     try:
-        content = json.loads(target.read_text(encoding="utf-8"))
+        content = json.loads(modest_bytes(target, MAX_BYTES))
         if content.pop("format") != FORMAT:
             raise ValueError("another format")
-        content["parameters"] = tuple(Parameter(**entry) for entry in content["parameters"])
-        content["indices"] = tuple(Index(**entry) for entry in content["indices"])
-        content["metrics"] = tuple(Analysed(**entry) for entry in content["metrics"])
-        return Sensitivity(**content)
+        return TypeAdapter(Sensitivity).validate_python(content)
     except OSError as error:
         raise ResultFileError(
             f"cannot be read ({error.strerror})", where=target, todo="Write it with: drillrig sensitivity"
         ) from None
-    except (ValueError, TypeError, KeyError, AttributeError) as error:
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
         raise ResultFileError(
             f"is not the file of a sensitivity study ({' '.join(str(error).split())[:100]})", where=target
         ) from None

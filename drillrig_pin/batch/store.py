@@ -26,6 +26,8 @@ JOURNAL = "journal"
 TRAJECTORIES = "trajectories"
 TABLE = "results.parquet"
 FORMAT = "drillrig study 1"
+#: Longer lines no case has; one that is cut is damaged.
+MAX_LINE = 10_000_000
 
 
 class Store:
@@ -133,8 +135,10 @@ def recorded(folder: Path) -> Iterator[Answer]:
     rows = TypeAdapter(Answer)
     for path in sorted((folder / JOURNAL).glob("*.jsonl")):
         try:
+            if not path.is_file():
+                raise OSError("it is no regular file")
             with path.open("rb") as stream:
-                for line in stream:
+                while line := stream.readline(MAX_LINE):
                     yield rows.validate_json(line, strict=True)
         except (OSError, ValueError) as error:
             raise ResultFileError(

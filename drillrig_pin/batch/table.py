@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -11,6 +12,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from pydantic import TypeAdapter
+
+from drillrig_pin.batch.axes import GridAxis, ListAxis, ZipAxis
+from drillrig_pin.batch.parquet import read_bounded
 from drillrig_pin.batch.store import FORMAT, TABLE, TRAJECTORIES
 from drillrig_pin.batch.study import Study
 from drillrig_pin.batch.worker import COMPLETED
@@ -76,10 +81,9 @@ class StudyTable:
         """Values of the axes by name, under what the table shows for them: it holds whole numbers as floats."""
         known: dict[str, dict[Any, Any]] = {name: {} for name in self.inputs}
         for axis in self.study.axes:
-            for point in axis.points():
-                for name, value in point.items():
-                    if name in known:
-                        known[name][value if isinstance(value, int | float | str) else json.dumps(value)] = value
+            for name, value in _listed(axis):
+                if name in known:
+                    known[name][value if isinstance(value, int | float | str) else json.dumps(value)] = value
         return known
 
     @property
@@ -149,6 +153,15 @@ class StudyTable:
         return {case: i for i, case in enumerate(self.cases)}
 
 
+def _listed(axis: Any) -> Iterator[tuple[str, Any]]:
+    """Names and values that an axis lists one by one; those of ranges and samples are floats, as in the table."""
+    columns: dict[str, Any] = {axis.name: axis.list} if isinstance(axis, ListAxis) else {}
+    columns |= axis.zip if isinstance(axis, ZipAxis) else axis.grid if isinstance(axis, GridAxis) else {}
+    for name, values in columns.items():
+        if isinstance(values, list):
+            yield from ((name, value) for value in values)
+
+
 def is_study(path: Path) -> bool:
     """Whether a folder holds a study's table."""
     return (path / TABLE).is_file()
@@ -168,10 +181,10 @@ def read_table(folder: str | Path) -> StudyTable:
             where=folder,
             todo=f"Give one that holds {TABLE}, as drillrig sweep -o makes it.",
         )
-    import pyarrow.parquet
+    import pyarrow
 
     try:
-        table = pyarrow.parquet.read_table(path)
+        table = read_bounded(path)
         about = {key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()}
         if about.get("format") != FORMAT:
             raise ValueError(f"its format is {about.get('format', 'unknown')}, not {FORMAT}")
@@ -179,17 +192,31 @@ def read_table(folder: str | Path) -> StudyTable:
             folder,
             Study(**json.loads(about["study"])),
             Scenario(**json.loads(about["scenario"])),
-            table.to_pydict(),
-            json.loads(about["units"]),
-            json.loads(about["versions"]),
+            _columns(table),
+            TypeAdapter(dict[str, str]).validate_json(about["units"]),
+            TypeAdapter(dict[str, str]).validate_json(about["versions"]),
             int(about["cases"]),
             tuple(map(str, json.loads(about.get("idle", "[]")))),
             about.get("model", ""),
         )
-    except (OSError, ValueError, KeyError, DrillrigError, pyarrow.ArrowException) as error:
+    except (OSError, ValueError, TypeError, KeyError, RecursionError, DrillrigError, pyarrow.ArrowException) as error:
         reason = " ".join(str(error).split())[:200]
         raise ResultFileError(
             f"is not a table that can be read here ({reason})",
             where=path,
             todo="Run the study again into another folder.",
         ) from None
+
+
+def _columns(table: Any) -> dict[str, list[Any]]:
+    """The columns, if those that every study has are there and of their kind; ValueError otherwise."""
+    columns: dict[str, list[Any]] = table.to_pydict()
+    if len(columns) != table.num_columns:
+        raise ValueError("two columns have one name")
+    for name, kind in {"case": int, "status": str, "reason": str, "content_hash": str, "key": str}.items():
+        if not all(isinstance(value, kind) for value in columns[name]):
+            raise ValueError(f"the column {name} holds something else")
+    # A part of it becomes the name of a file.
+    if not all(re.fullmatch(r"[0-9a-f]{8,64}", key) for key in columns["key"]):
+        raise ValueError("the column key holds something else")
+    return columns

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from drillrig_pin.escaping import json_visible
 from drillrig_pin.words import decimals as decimals
 from drillrig_pin.words import number as number
 from drillrig_pin.words import percent as percent
@@ -23,11 +24,11 @@ WIDTH = 100
 
 def console(*, stderr: bool = False) -> Console:
     """A console on stdout (or stderr) that wraps nothing a machine may read."""
-    from rich.console import Console
+    from drillrig_pin.cli.plain_console import PlainConsole
 
     stream = sys.stderr if stderr else sys.stdout
     width = None if stream.isatty() or "COLUMNS" in os.environ else WIDTH
-    return Console(stderr=stderr, highlight=False, width=width)
+    return PlainConsole(stderr=stderr, highlight=False, width=width)
 
 
 @contextmanager
@@ -63,8 +64,8 @@ def print_json(document: Mapping[str, Any]) -> None:
 
 
 def write_json(document: Mapping[str, Any], indent: int | None = None) -> None:
-    """Write a JSON document and the end of a line to stdout, with escapes for what its encoding cannot show."""
-    text = json.dumps(plain(document), indent=indent, ensure_ascii=False, allow_nan=False)
+    """Write a JSON document and the end of a line to stdout, with escapes for what its encoding or a terminal must not show."""
+    text = json_visible(json.dumps(plain(document), indent=indent, ensure_ascii=False, allow_nan=False))
     try:
         text.encode(sys.stdout.encoding or "utf-8")
     except UnicodeEncodeError:

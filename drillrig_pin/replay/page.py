@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import base64
 import gzip
-import json
 from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
 from typing import Any
 
+from drillrig_pin.escaping import script_json
 from drillrig_pin.replay.payload import scene_bytes, scene_words
 from drillrig_pin.scene.options import ReplayOptions
 from drillrig_pin.scene.scene import Scene, build_scene
 from drillrig_pin.trajectory import Trajectory
+from drillrig_pin.words import plain
 
 #: In one scope, in this order.
 SCRIPTS = ("payload.js", "film.js", "player.js")
@@ -42,7 +43,7 @@ def static_page(scene: Scene) -> str:
     return _rendered(
         title=scene.title,
         viewer=viewer_script(),
-        words=json.dumps(scene_words(scene), ensure_ascii=False).replace("</", "<\\/"),
+        words=script_json(plain(scene_words(scene))),
         bytes=base64.b64encode(packed).decode(),
     )
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
 from importlib.resources import files
 from typing import Any
 
 from drillrig_pin.analysis.forces import reaction_groups
+from drillrig_pin.escaping import script_json
 from drillrig_pin.figures.sheet import Sheet
 from drillrig_pin.replay.page import animation_page
 from drillrig_pin.report.content import Content, curve_table, filters, span
@@ -87,9 +86,3 @@ def environment(folder: str = TEMPLATES) -> Any:
 def template_text(name: str, folder: str = TEMPLATES) -> str:
     """A file of a folder of templates."""
     return files(folder).joinpath(name).read_text(encoding="utf-8")
-
-
-def script_json(document: Mapping[str, Any]) -> str:
-    """JSON that may stand inside a script element: no tag can begin in it."""
-    text = json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-    return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")

@@ -185,7 +185,9 @@ def study_csv(table: Path, target: Path) -> None:
     """The table of a study as CSV."""
     import pyarrow.csv
 
-    found = _read(table)
+    from drillrig_pin.batch.parquet import for_spreadsheets
+
+    found = for_spreadsheets(_read(table))
     with saving(target, where=None, todo=ROOM) as aside:
         pyarrow.csv.write_csv(found, aside)
 

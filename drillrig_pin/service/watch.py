@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import sys
+from collections.abc import MutableMapping
 from typing import Any, TextIO
 
 import prometheus_client as prometheus
 import structlog
 
+from drillrig_pin.escaping import visible
 from drillrig_pin.service.records import Job
 
 
@@ -21,7 +23,7 @@ def make_log(stream: TextIO | None = None) -> Any:
         processors=[
             structlog.processors.add_log_level,
             structlog.processors.TimeStamper(fmt="iso", utc=True),
-            *(() if stream.isatty() else (structlog.processors.format_exc_info,)),
+            *((_written_out,) if stream.isatty() else (structlog.processors.format_exc_info,)),
             shown,
         ],
         wrapper_class=structlog.BoundLogger,
@@ -38,6 +40,11 @@ class _Lines(structlog.PrintLogger):
 
     log = debug = info = warn = warning = msg
     fatal = failure = err = error = critical = exception = msg
+
+
+def _written_out(_: Any, __: str, event: MutableMapping[str, Any]) -> MutableMapping[str, Any]:
+    """Names of jobs and paths of requests as a terminal may see them; in JSON they are escaped anyway."""
+    return {key: visible(value) if isinstance(value, str) else value for key, value in event.items()}
 
 
 class Numbers:

@@ -6,7 +6,8 @@ import base64
 from collections.abc import Mapping
 
 from drillrig_pin.analysis.quantities import label_of
-from drillrig_pin.report.page import assets, environment, script_json, template_text
+from drillrig_pin.escaping import script_json
+from drillrig_pin.report.page import assets, environment, template_text
 from drillrig_pin.studyreport.content import StudyContent, replay_command
 from drillrig_pin.studyreport.pictures import pictures
 from drillrig_pin.studyreport.ranking import cases_data, metric_choices, rerun_command
