@@ -64,7 +64,7 @@ def print_json(document: Mapping[str, Any]) -> None:
 
 
 def write_json(document: Mapping[str, Any], indent: int | None = None) -> None:
-    """Write a JSON document and the end of a line to stdout, with escapes for what its encoding or a terminal must not show."""
+    """Write a JSON document and the end of a line to stdout, escaping what it or a terminal must not show."""
     text = json_visible(json.dumps(plain(document), indent=indent, ensure_ascii=False, allow_nan=False))
     try:
         text.encode(sys.stdout.encoding or "utf-8")
