@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import time
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -10,12 +12,24 @@ import numpy as np
 import pytest
 from fuzz import seeds
 from fuzz.campaign import campaign, told
-from fuzz.kinds import KINDS, use_journal, use_measurement, use_model, use_result, use_scenario, use_study
+from fuzz.kinds import SPOILED, files_of, use_journal, use_measurement, use_model, use_result, use_scenario, use_study
+from fuzz.moment import WarnedError, moment, no_warning
+from fuzz.oracle import DisagreementError, NotFiniteError, compare_engines, look_at
 from rigs import double_pendulum, pendulum, point
 
-from drillrig_pin import AssemblyError, DrillrigError, ModelError, ResultFileError, ScenarioError
+from drillrig_pin import (
+    AssemblyError,
+    DrillrigError,
+    ModelError,
+    ResultFileError,
+    Scenario,
+    ScenarioError,
+    load_rig_text,
+    simulate,
+)
 from drillrig_pin.batch.cases import unfold
 from drillrig_pin.batch.study import load_study
+from drillrig_pin.trajectory import ESTIMATE
 
 
 def test_the_files_that_are_spoiled_are_sound(tmp_path: Path) -> None:
@@ -45,8 +59,41 @@ def test_the_files_that_are_spoiled_are_sound(tmp_path: Path) -> None:
 def test_spoiled_files_end_in_success_or_in_an_error_of_the_package() -> None:
     summary = campaign(2000)
     assert not summary.findings, told(summary)
-    assert set(summary.kinds) == {kind.name for kind in KINDS}
+    assert set(summary.kinds) == {kind.name for kind in SPOILED}
     assert summary.inputs == 2000
+
+
+def test_an_input_follows_from_its_seed_and_number() -> None:
+    for table in ("spoiled", "legal"):
+        assert [files_of(3, n, table) for n in range(40)] == [files_of(3, n, table) for n in range(40)]
+        assert [files_of(3, n, table) for n in range(40)] != [files_of(4, n, table) for n in range(40)]
+
+
+def test_a_moment_is_one_of_computing_and_not_of_waiting() -> None:
+    with moment(0.05) as waited:
+        time.sleep(0.3)
+    assert not waited.over
+    with moment(0.05) as computed:
+        while True:
+            pass
+    assert computed.over
+
+
+def test_the_oracle_hears_what_a_run_does_not_say(tmp_path: Path) -> None:
+    rig = load_rig_text(double_pendulum())
+    run = simulate(rig, Scenario(duration=0.02, output_rate=500))
+    look_at(run, 1, tmp_path)
+    energy = np.where(run.time > 0.01, np.nan, run.energy_kinetic)
+    with pytest.raises(NotFiniteError, match="energy_kinetic"):
+        look_at(replace(run, arrays={**run.arrays, "energy_kinetic": energy}), 1, tmp_path)
+    short = replace(run, outcome=replace(run.outcome, time=0.01))
+    with pytest.raises(NotFiniteError, match="ends at"):
+        look_at(short, 1, tmp_path)
+    moved = replace(run, arrays={**run.arrays, "q": run.q * 1.01})
+    with pytest.raises(DisagreementError, match="differ"):
+        compare_engines(rig, moved, finer=lambda _, each: replace(each, cost={**each.cost, ESTIMATE: 1e-12}))
+    with pytest.raises(WarnedError, match="divide by zero"), no_warning():
+        np.ones(1) / np.zeros(1)
 
 
 def test_a_load_table_that_no_spline_can_follow_is_refused(tmp_path: Path) -> None:

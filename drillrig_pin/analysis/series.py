@@ -88,7 +88,14 @@ def _refined(time: Array, x: Array) -> tuple[NDArray[np.intp], Array]:
     """Rows of smooth extremes, and the heights of the parabolas there."""
     if len(x) < 5 or not np.isfinite(x).all():
         return np.zeros(0, dtype=np.intp), np.zeros(0)
-    h = np.diff(time)
+    with np.errstate(all="ignore"):
+        rows, heights = _parabolas(np.diff(time), x)
+    # Where a run lasts 1e-300 s, slopes are no numbers: there is nothing to refine.
+    sound = np.isfinite(heights)
+    return rows[sound], heights[sound]
+
+
+def _parabolas(h: Array, x: Array) -> tuple[NDArray[np.intp], Array]:
     slope = np.diff(x) / h
     # Entry j of these belongs to row j + 1, which has a neighbour at each side.
     curve = 2.0 * np.diff(slope) / (h[:-1] + h[1:])

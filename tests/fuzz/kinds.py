@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import signal
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
@@ -13,15 +12,15 @@ from random import Random
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from drillrig_pin import DrillrigError, Rig, Scenario, load_rig, load_rig_text, load_scenario, load_trajectory, simulate
+from drillrig_pin import Rig, Scenario, load_rig, load_rig_text, load_scenario, load_trajectory, simulate
 from drillrig_pin.analysis.limits import read_limits
 from drillrig_pin.analysis.measured import compare_with, read_measurement
 from drillrig_pin.analysis.metrics import measure
 from drillrig_pin.batch.cases import Plan, unfold
 from drillrig_pin.batch.store import Store
 from drillrig_pin.batch.study import load_study
-from drillrig_pin.check import check_model
-from fuzz import seeds
+from fuzz import cases, seeds
+from fuzz.moment import moment
 from fuzz.mutators import (
     WORDS,
     spoil_json_lines,
@@ -30,10 +29,8 @@ from fuzz.mutators import (
     spoil_yaml,
     spoiled,
 )
+from fuzz.oracle import loaded, use_case
 from fuzz.results import spoil_result
-
-#: A run that lasts longer is ended, as a user would end it [s].
-PATIENCE = 0.3
 
 Files = dict[str, bytes]
 
@@ -55,39 +52,18 @@ class Kind:
     use: Callable[[Path], None]
 
 
-class ContradictionError(Exception):
-    """What refuses a file and what checks it disagree."""
-
-
 def run_a_moment(rig: Rig, case: Scenario) -> None:
-    """Simulate, and look at the numbers; Ctrl-C after :data:`PATIENCE`."""
-
-    def stop(*_: Any) -> None:
-        raise KeyboardInterrupt
-
-    before = signal.signal(signal.SIGALRM, stop)
-    signal.setitimer(signal.ITIMER_REAL, PATIENCE)
-    try:
+    """Simulate, and look at the numbers."""
+    run = None
+    with moment():
         run = simulate(rig, case)
-        signal.setitimer(signal.ITIMER_REAL, 0)
-    except KeyboardInterrupt:
-        return
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, before)
-    if len(run.time) >= 2:
+    if run is not None and len(run.time) >= 2:
         measure(run)
 
 
 def use_model(path: Path) -> None:
     """Check it, load it, run it for a moment, look at its numbers."""
-    findings = check_model(path)
-    try:
-        rig = load_rig(path)
-    except DrillrigError as error:
-        if not any(finding.severity == "error" for finding in findings):
-            raise ContradictionError(f"check finds no error, load_rig says: {error}") from error
-        raise
+    rig = loaded(path, check=True)
     # Which engine and which formulation follows from the file, so that all are met and every input is the same again.
     engine, formulation = _WAYS[len(rig.file.text) % len(_WAYS)]
     run_a_moment(rig, Scenario(duration=0.002, output_rate=2000, engine=engine, formulation=formulation))
@@ -207,7 +183,17 @@ def use_journal(folder: Path) -> None:
         store.close()
 
 
-KINDS = (
+def use_legal_study(folder: Path) -> None:
+    """Load it, unfold it, and run its first case."""
+    study = load_study(folder / "study.yaml")
+    if math.prod(sum(1 for _ in itertools.islice(axis.points(), 2000)) for axis in study.axes) < 2000:
+        plan = unfold(study)
+        case = plan.base.changed(plan.cases[0].question.changes)
+        run_a_moment(load_rig(case.model, **case.arguments), case)
+
+
+#: Files spoiled in their bytes and their structure; files as the grammar allows them. Of each a hundred.
+SPOILED = (
     Kind("model (URDF)", 40, _model, lambda folder: use_model(folder / "rig.urdf")),
     Kind("model (xacro)", 8, _xacro, lambda folder: use_model(folder / "rig.urdf.xacro")),
     Kind("parameters (YAML)", 8, _numbers, lambda folder: use_model(folder / "rig.urdf.xacro")),
@@ -219,18 +205,27 @@ KINDS = (
     Kind("result (NetCDF)", 3, _result, lambda folder: use_result(folder / "run.nc")),
     Kind("journal of a study", 3, _journal, use_journal),
 )
+LEGAL = (
+    Kind("legal machine and case", 86, cases.case_and_machine, use_case),
+    Kind("legal case of a sound machine", 8, cases.case_of_a_sound_machine, use_case),
+    Kind("legal study", 2, cases.study, use_legal_study),
+    Kind("legal limits", 2, cases.limits, use_limits),
+    Kind("legal measurement", 2, cases.measurement, lambda folder: use_measurement(folder / "gauge.csv")),
+)
+TABLES = {"spoiled": SPOILED, "legal": LEGAL}
+assert all(sum(kind.share for kind in table) == 100 for table in TABLES.values())
 
 
-def kind_of(number: int) -> Kind:
+def kind_of(number: int, table: str = "spoiled") -> Kind:
     """The kind of an input, by its number: in every hundred each has its share."""
     place = number * 37 % 100
-    for kind in KINDS:
+    for kind in TABLES[table]:
         place -= kind.share
         if place < 0:
             return kind
     raise AssertionError("the shares are of a hundred")
 
 
-def files_of(seed: int, number: int) -> Files:
+def files_of(seed: int, number: int, table: str = "spoiled") -> Files:
     """The files of one input."""
-    return kind_of(number).make(Random(f"{seed}:{number}"))
+    return kind_of(number, table).make(Random(f"{seed}:{number}"))
