@@ -40,12 +40,12 @@ class Desk:
             ServiceError: it met an error, took too long, or too much waits already.
         """
         asked = self._asked.get(key)
-        if asked is None:
+        if asked is None or asked.future.done():
             lane = self._lane(kind)
             asked = Asked(client(), lambda: self._begin(kind, function, arguments))
             lane.put(asked)
             self._asked[key] = asked
-            asked.future.add_done_callback(lambda done: self._done(key, done))
+            asked.future.add_done_callback(lambda done, asked=asked: self._done(key, asked, done))  # type: ignore[misc]
         asked.waiting += 1
         try:
             # A client that goes away must not take the others' answer with it.
@@ -88,8 +88,9 @@ class Desk:
             self._lanes[kind.name] = Lane(kind, self.limits.made)
         return self._lanes[kind.name]
 
-    def _done(self, key: Hashable, done: asyncio.Future[Any]) -> None:
-        self._asked.pop(key, None)
+    def _done(self, key: Hashable, asked: Asked, done: asyncio.Future[Any]) -> None:
+        if self._asked.get(key) is asked:
+            del self._asked[key]
         if not done.cancelled():
             done.exception()
 

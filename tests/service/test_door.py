@@ -238,3 +238,16 @@ def test_what_is_no_request_is_answered_by_a_problem_too(guarded: Server, conten
     number = json.loads(body)["request_id"]
     assert re.search(rf"x-request-id: {number}".encode(), head, re.IGNORECASE)
     assert number in guarded.log.read_text()
+
+
+def test_a_mixed_crowd_meets_no_fault_of_the_servers_own(guarded: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "scripts"))
+    import bench_service
+
+    monkeypatch.setattr(bench_service, "TOKEN", TOKEN)
+    found = bench_service.crowd(guarded.url, guarded.process.pid, clients=50, seconds=4.0, pace=0.5)
+    assert found["server_errors"] == 0, found
+    assert not found["broken"]
+    assert found["by_kind"]["status"].keys() == {"200"}
+    assert found["by_kind"]["wrong_token"].keys() <= {"401", "429"}
+    assert found["memory_mb"]["end"] < found["memory_mb"]["settled"] + 100
