@@ -7,7 +7,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 rm -rf build/coverage
 mkdir -p build/coverage
 failed=0
-.venv/bin/python -m coverage run -m pytest --dist loadfile "${@:--nauto}" || failed=$?
+.venv/bin/python -m coverage run -m pytest --dist loadfile --no-loadscope-reorder "${@:--nauto}" || failed=$?
 .venv/bin/python -m coverage combine --quiet
 .venv/bin/python -m coverage json --quiet --fail-under=0 -o build/coverage/report.json
 .venv/bin/python -m coverage report || failed=1

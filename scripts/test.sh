@@ -10,4 +10,5 @@ prepare_environment requirements-test.lock
 .venv/bin/ruff format --check .
 .venv/bin/mypy
 browser
-.venv/bin/python -m pytest -n auto --dist loadfile "$@"
+# In the order of tests/conftest.py: xdist would begin with the files of most tests, which are not the longest.
+.venv/bin/python -m pytest -n auto --dist loadfile --no-loadscope-reorder "$@"

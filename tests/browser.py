@@ -17,7 +17,15 @@ from drillrig_pin.replay.video import find_browser
 
 #: WebGL without a graphics card; Chromium refuses to sandbox itself when it runs as root, as in a container.
 FLAGS = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+#: For pages without WebGL: drawn without the detour through a graphics card that the processor plays, at a fifth of its
+#: cost. With WebGL it costs ten times as much, since every picture is read back from there.
+PLAIN = ("--disable-gpu-compositing", "--disable-gpu-rasterization")
 HERE = ("localhost", "127.0.0.1")
+#: Animations at ten pictures a second, as on a slow machine: each is drawn without a graphics card, and none is timed.
+SLOWLY = """
+window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 100);
+window.cancelAnimationFrame = clearTimeout;
+"""
 
 
 @dataclass
@@ -91,8 +99,8 @@ def at_home(url: str) -> bool:
 
 
 @contextmanager
-def chromium() -> Iterator[Watched]:
-    """A page in a fresh browser; without one the test is skipped, in CI it fails."""
+def chromium(*more: str) -> Iterator[Watched]:
+    """A page in a fresh browser, started with more flags; without one the test is skipped, in CI it fails."""
     path = find_browser()
     if path is None:
         sentence = "no Chromium on this machine (apt-get install chromium)"
@@ -100,15 +108,24 @@ def chromium() -> Iterator[Watched]:
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, args=list(FLAGS))
+        browser = playwright.chromium.launch(executable_path=path, args=[*FLAGS, *more])
         try:
             yield _fresh(browser)
         finally:
             browser.close()
 
 
+def context_of(browser: Any, **options: Any) -> Any:
+    """Room for pages that know nothing of others, whose animations take their time."""
+    context = browser.new_context(**options)
+    context.add_init_script(SLOWLY)
+    # Half a minute, Playwright's own, is not always enough on a busy machine.
+    context.set_default_timeout(PATIENCE * 1e3)
+    return context
+
+
 def _fresh(browser: Any) -> Watched:
-    context = browser.new_context(viewport={"width": 1000, "height": 640})
+    context = context_of(browser, viewport={"width": 1000, "height": 640})
     watched = Watched(context.new_page())
     page = watched.page
     page.on("console", lambda m: watched.errors.append(m.text) if m.type == "error" else None)

@@ -39,7 +39,16 @@ def counts(counter: Path) -> dict[str, list[int]]:
 
 def test_ten_times_the_steps_and_samples_ask_for_memory_no_more_often(counts: dict[str, list[int]]) -> None:
     assert {name: pair for name, pair in counts.items() if pair[0] != pair[1]} == {}
-    for word in ("null_space", "damped", "redundant", "floating", "contact", "without projection", *CORE_METHODS):
+    for word in (
+        "null_space",
+        "damped",
+        "redundant",
+        "floating",
+        "contact",
+        "geared",
+        "without projection",
+        *CORE_METHODS,
+    ):
         assert any(word in name for name in counts), word
 
 

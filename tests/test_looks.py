@@ -389,7 +389,7 @@ def test_replay_report_and_check_go_on_where_looks_are_at_fault(
 numbers = st.lists(st.sampled_from(["0", "1", "-1", "0.5", "1e9", "1e-9", "255"]), max_size=5).map(" ".join)
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(xyz=numbers, rpy=numbers, quaternion=st.none() | numbers, size=numbers, rgba=numbers, scale=numbers)
 def test_whatever_numbers_looks_have_the_machine_is_drawn_or_a_note_names_the_link(
     xyz: str, rpy: str, quaternion: str | None, size: str, rgba: str, scale: str

@@ -11,6 +11,7 @@ import pytest
 from command import Command, one_sentence
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from processes import PATIENCE
 
 from drillrig_pin.cli.targets import free_name, written_here
 from drillrig_pin.files import write_aside
@@ -157,7 +158,7 @@ def test_a_fifo_is_written_into(drillrig: Command, made: Path, writer: str) -> N
     for way in ("pipe", "link"):
         thread, got = drained(Path("pipe"))
         answer = drillrig(*WRITERS[writer], way)
-        thread.join(30)
+        thread.join(PATIENCE)
         assert answer.code == 0, answer.err
         # A result holds the time it took; all else is the same.
         assert len(got[0]) == pytest.approx(len(Path("file").read_bytes()), rel=0.01)
@@ -183,7 +184,7 @@ def test_words_do_not_spoil_a_stream(drillrig: Command, made: Path) -> None:
     os.mkfifo("pipe")
     thread, got = drained(Path("pipe"))
     answer = drillrig("export", "run.nc", "--csv", "pipe")
-    thread.join(30)
+    thread.join(PATIENCE)
     assert answer.out == ""
     assert "pipe written" in answer.err
     assert got[0].startswith(b"time [s],")

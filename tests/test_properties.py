@@ -19,7 +19,9 @@ from drillrig_pin.simulation import prepare
 
 SEEDS = st.integers(0, 2**32 - 1)
 few = settings(
-    max_examples=100, derandomize=True, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=100,
+    derandomize=True,
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 #: Central differences over 1e-5 leave 1e-10 of truncation and of rounding, times numbers of the order of ten.
 H, NEAR = 1e-5, 1e-7

@@ -37,6 +37,9 @@ def browser(page: Path) -> Iterator[Watched]:
     with chromium() as watched:
         watched.open(page.as_uri())
         yield watched
+        # Whatever the tests did with it, in whatever order.
+        assert watched.errors == []
+        assert watched.requests == [page.as_uri()]
 
 
 def test_the_page_of_a_ten_second_run_is_small(page: Path) -> None:
@@ -140,7 +143,7 @@ def test_meshcats_own_slider_pause_and_speed_drive_it(browser: Watched) -> None:
 
 
 def test_nothing_was_wrong_and_nothing_asked_for(browser: Watched, page: Path) -> None:
-    """Last in this file: everything above was done with the same page."""
+    """Asserted behind all tests of this file as well: they share the page."""
     assert browser.errors == []
     assert browser.requests == [page.as_uri()]
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from browser import chromium
+from browser import chromium, context_of
 from PIL import Image
 from processes import PATIENCE, wait_for
 from test_ur5 import EXTENSION, POSE, ur5_text
@@ -46,7 +46,7 @@ class Watched:
     """A page with everything it said and asked for."""
 
     def __init__(self, browser: Any, path: Path, **options: Any) -> None:
-        self.page = browser.new_context(**options).new_page()
+        self.page = context_of(browser, **options).new_page()
         self.said: list[str] = []
         self.asked: list[str] = []
         self.page.set_default_timeout(WAIT)

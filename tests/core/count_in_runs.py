@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
-from rigs import bennett, floating_body, point_mass, slider_crank, tree
+from rigs import bennett, floating_body, joint, link, point, point_mass, robot, slider_crank, tree
 
 from drillrig_pin import Rig, Scenario, load_rig, load_rig_text
 from drillrig_pin.core import CompiledDynamics
@@ -25,6 +25,28 @@ from drillrig_pin.stepping import Settings, plan_of
 HOLD = '<hold name="h" point="R" axes="x z"/>'
 GROUND = '<contact name="g" point="P" axis="0 0 -1" stiffness="2e4" preload="19.62" damping="40" mode="unilateral"/>'
 BENNETT = {"positions": {"j1": 1.0, "j2": 2.0, "j3": -1.0}, "velocities": {"j1": 2.0}}
+
+
+def geared() -> str:
+    """Two sliders, one led by the other, braked by dry friction, driven by a table of each reading and by harmonics."""
+    loads = "".join(
+        f'<load name="{reading}" kind="force" point="P" axis="1 0 0"><table reading="{reading}">'
+        "time,force\n0,0\n0.02,9\n0.05,-7\n0.1,3\n</table></load>"
+        for reading in ("linear", "hold", "spline")
+    )
+    harmonics = '<harmonics mean="1" ramp="0.05"><term amplitude="4" frequency="30"/></harmonics>'
+    loads += f'<load name="shake" kind="force" point="P" axis="1 0 0">{harmonics}</load>'
+    led = joint("led", "prismatic", "first", "second", axis=(1, 0, 0))
+    lead = joint("lead", "prismatic", "world", "first", axis=(1, 0, 0))
+    return robot(
+        link("first", 2.0),
+        lead.replace("</joint>", '<dynamics damping="2" friction="0.5"/></joint>'),
+        link("second", 1.0),
+        led.replace("</joint>", '<mimic joint="lead" multiplier="-0.5"/></joint>'),
+        extension='<joint_spring name="s" joint="lead" stiffness="800" damping="3"/>' + point("P", "second") + loads,
+    )
+
+
 MACHINES: dict[str, tuple[Rig, dict[str, object]]] = {
     "mkz49": (load_rig("mkz49"), {}),
     "redundant": (load_rig_text(bennett()), BENNETT),
@@ -32,6 +54,7 @@ MACHINES: dict[str, tuple[Rig, dict[str, object]]] = {
     "floating": (load_rig_text(tree(HOLD)), {}),
     "free": (load_rig_text(floating_body()), {}),
     "contact": (load_rig_text(point_mass(extension=GROUND)), {"velocities": {"z": 1.0}}),
+    "geared, with friction and tables": (load_rig_text(geared()), {"duration": 0.1}),
 }
 SHORT, LONG, DURATION = 200, 2000, 0.1
 

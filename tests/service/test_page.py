@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
-from browser import Watched, chromium
+from browser import PLAIN, Watched, chromium
 from PIL import Image, ImageChops
 from playwright.sync_api import expect
 from processes import PATIENCE, wait_for
@@ -20,15 +20,23 @@ expect.set_options(timeout=WAIT)
 
 
 @pytest.fixture(scope="module")
-def browser() -> Iterator[Watched]:
-    """One browser for all tests of this file."""
+def plain() -> Iterator[Watched]:
+    """One browser for all tests of this file that look at no animation."""
+    with chromium(*PLAIN) as watched:
+        yield watched
+
+
+@pytest.fixture
+def animated() -> Iterator[Watched]:
+    """A browser for a test that does."""
     with chromium() as watched:
         yield watched
 
 
 @pytest.fixture
-def watched(browser: Watched) -> Iterator[Watched]:
-    """A fresh page in it, as large as a laptop's; whatever it did, it complained of nothing and asked nobody else."""
+def watched(request: pytest.FixtureRequest) -> Iterator[Watched]:
+    """A fresh page, as large as a laptop's; whatever it did, it complained of nothing and asked nobody else."""
+    browser = request.getfixturevalue("animated" if "animated" in request.fixturenames else "plain")
     found = browser.another()
     found.page.set_viewport_size(LAPTOP)
     found.page.set_default_timeout(WAIT)
@@ -92,6 +100,7 @@ def tab_to(page: Any, selector: str, most: int = 60) -> None:
     raise AssertionError(f"{selector} is not reached by the tabulator")
 
 
+@pytest.mark.usefixtures("animated")
 def test_a_longer_boom_is_run_watched_seen_moving_compared(at: Any, server: Server) -> None:
     reference = server.run(scenario={"duration": 20.0, "pose": "hole_9"})
     page = at("/new")

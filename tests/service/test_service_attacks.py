@@ -78,8 +78,10 @@ def upload(server: Server, content: bytes) -> httpx.Response:
     ],
 )
 def test_a_model_that_could_do_harm_is_not_taken(server: Server, content: bytes, words: str) -> None:
+    # Other tests may have left models on this server.
+    before = server.http.get("/v1/uploads").json()
     refused(upload(server, content), 422, words)
-    assert server.http.get("/v1/uploads").json() == []
+    assert server.http.get("/v1/uploads").json() == before
 
 
 def test_what_is_too_large_is_refused_before_it_is_read(server: Server) -> None:

@@ -137,9 +137,9 @@ def test_a_damaged_result_is_noticed_and_computed_again(server: Server) -> None:
 
 
 def test_a_run_that_needs_too_much_is_stopped_and_says_so(fresh: Callable[..., Server]) -> None:
-    tight = fresh(limits={"job_time": 1.0, "job_memory": 60_000_000, "output": 3_000_000})
+    tight = fresh(limits={"job_time": 3.0, "job_memory": 60_000_000, "output": 3_000_000})
     late = tight.run(scenario={"duration": 100.0, "engine": "python"})
-    assert (late["status"], "longer than 1 s" in late["error"]["detail"]) == ("failed", True), late
+    assert (late["status"], "longer than 3 s" in late["error"]["detail"]) == ("failed", True), late
     large = tight.run(scenario={"duration": 100.0, "output_rate": 4000.0})
     assert (large["status"], "60 MB of memory" in large["error"]["detail"]) == ("failed", True), large
     bulky = tight.run(scenario={"duration": 10.0})
