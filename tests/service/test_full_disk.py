@@ -14,10 +14,12 @@ from queueing import Disk, Queue
 
 from drillrig_pin.batch.store import Store
 from drillrig_pin.batch.worker import TIME_LIMIT, Answer
+from drillrig_pin.service import rendering
+from drillrig_pin.service.kept import kept, write_text
 from drillrig_pin.service.problems import ServiceError
 from drillrig_pin.service.records import Job
 from drillrig_pin.service.service import Service
-from drillrig_pin.service.settings import Settings
+from drillrig_pin.service.settings import Limits, Settings
 from drillrig_pin.service.studies import StudyCarrier
 from drillrig_pin.service.work import Ending
 
@@ -245,3 +247,14 @@ def test_files_that_cannot_be_removed_leave_the_job_as_it_is(service: Service, m
     service.delete(job.id, "run")
     assert service.records.job(job.id, "run") is None
     service.close()
+
+
+def test_what_is_drawn_and_finds_no_room_says_so(tmp_path: Path) -> None:
+    def full(target: Path) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(target))
+
+    for function in (full, lambda target: write_text(target / "nowhere" / "x", "")):
+        made = rendering.guarded(Limits(job_memory=0, output=0), kept, tmp_path / "x.html", function, tmp_path)
+        assert made.problem is not None
+        assert made.problem["status"] == 507
+        assert str(tmp_path) not in str(made.problem)
