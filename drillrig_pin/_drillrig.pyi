@@ -22,7 +22,7 @@ class CompiledRig:
     def evaluate(self, t: float, y: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], law: object | None = None) -> dict:
         """Everything the right-hand side computes at (t, y), by name."""
 
-    def rates(self, times: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], states: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], rates: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], law: object | None = None) -> bool:
+    def rates(self, times: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], states: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], rates: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], law: object | None = None, beat: object | None = None) -> bool:
         """
         Right-hand sides at times (k) and states (k, size), into rates (k, size); true if one is singular.
         """

@@ -44,6 +44,7 @@ class Assembly:
     slowed: dict[str, float] = field(default_factory=dict)
 
 
+@np.errstate(all="ignore")
 def assemble_state(
     rig: Rig, q: Array, v: Array, targets: dict[str, float] | None = None, space: Workspace | None = None
 ) -> Assembly:

@@ -58,6 +58,8 @@ def doubt(trajectory: Trajectory) -> str:
     if not trajectory.outcome.completed:
         return ""
     found = balance_of(trajectory.record)
+    if not np.isfinite(found.residual):
+        return "the computation is not accurate: the energy of the run is no finite number"
     if found.relative is None or found.relative <= WORST_ENERGY:
         return ""
     return (

@@ -23,7 +23,7 @@ from drillrig_pin.dependence import RANK
 from drillrig_pin.dynamics import Dynamics
 from drillrig_pin.errors import Status
 from drillrig_pin.kinematics import Array
-from drillrig_pin.stepping import StoppedError
+from drillrig_pin.stepping import NOT_FINITE, StoppedError
 from drillrig_pin.tree import unresisted
 
 #: A residual [m, or 1 for a cosine] from which a run has left its constraints; on a machine below a metre as much less.
@@ -73,6 +73,8 @@ class ConstraintWatch:
         self._drift = DRIFT * (min(1.0, size) if size > STILL else 1.0)
         if not self._ranked:
             return
+        if not np.isfinite(J).all():
+            raise StoppedError(Status.DIVERGED, t, NOT_FINITE, y)
         self._keep(t, y, rate, J)
         self._looked, self._value, self._there = self._J, self._smallest(J), True
         if not self._value > RANK * self._largest:
@@ -97,6 +99,8 @@ class ConstraintWatch:
         if not dynamics.space.m:
             return
         f = dynamics.space.x_constraint - dynamics.targets
+        if not (np.isfinite(f).all() and np.isfinite(dynamics.space.J).all()):
+            raise StoppedError(Status.DIVERGED, t, NOT_FINITE, y)
         if not float(np.abs(f).max()) <= self._drift:
             raise StoppedError(Status.DRIFTED, t, left_words(dynamics, f), y)
         if not self._ranked or not t > self._t:
@@ -157,6 +161,8 @@ class ConstraintWatch:
         return max(RANK * self._largest, self._weak * self._reference)
 
     def _smallest(self, J: Array) -> float:
+        if not np.isfinite(J).all():
+            return np.nan
         values = np.linalg.svd(J, compute_uv=False)
         value = float(values[self._rank - 1])
         self._largest = max(self._largest, float(values[0]))

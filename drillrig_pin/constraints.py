@@ -10,11 +10,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator
 
 from drillrig_pin.coordinates import Angle, Gear, JointCoordinate, Slide
 from drillrig_pin.elements.base import Resolver
-from drillrig_pin.elements.fields import AXIS, Axes, Initial, Name, quantity, reference, split
+from drillrig_pin.elements.fields import AXIS, Axes, Initial, Name, quantity, reference, sized, split
 from drillrig_pin.kinematics import world_direction, world_point
 from drillrig_pin.model.nodes import Node
 from drillrig_pin.model.numbers import vector
@@ -48,6 +48,8 @@ class Constraint(BaseModel):
     """Base of the constraint elements."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True, allow_inf_nan=False)
+
+    _sized = field_validator("*")(sized)
 
     tag: ClassVar[str]
 

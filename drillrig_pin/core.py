@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from drillrig_pin.beat import beat, listened
 from drillrig_pin.coordinates import Angle, CoordinateSet, Line, Slide, Turn
 from drillrig_pin.dependence import RANK
 from drillrig_pin.dynamics import Dynamics
@@ -21,7 +22,7 @@ from drillrig_pin.elements.springs import ConstantForce, SpringDamper
 from drillrig_pin.errors import EngineError, SingularConfigurationError, Status
 from drillrig_pin.kinematics import Anchor, Array
 from drillrig_pin.scenario import CORE_METHODS
-from drillrig_pin.stepping import Plan, Settings
+from drillrig_pin.stepping import NOT_FINITE, Plan, Settings
 
 try:
     from drillrig_pin._drillrig import PINOCCHIO_VERSION, CompiledRig, CompiledTree
@@ -69,7 +70,7 @@ CALLBACK = 9
 STATUS: tuple[tuple[Status, str], ...] = (
     (Status.COMPLETED, ""),
     (Status.INTERRUPTED, ""),
-    (Status.DIVERGED, "the state is not a finite number any more"),
+    (Status.DIVERGED, NOT_FINITE),
     (Status.STEP_TOO_SMALL, "no step is short enough for the tolerance"),
     (Status.SINGULAR, ""),
     (Status.DIVERGED, "a force law failed"),
@@ -152,7 +153,14 @@ class CompiledDynamics:
         """Integrate over the rows of the plan into the given arrays, with the GIL released.
 
         Ctrl-C and errors of a callback stop the run within about 50 ms; what was computed stays in the arrays.
+        ``progress`` is called about as often with the time reached [s].
         """
+
+        def heard(t: float) -> None:
+            beat()
+            if progress is not None:
+                progress(t)
+
         error, status, *rest = self.rig.run(
             y0=y0,
             method=CORE_METHODS.index(settings.method),
@@ -170,7 +178,8 @@ class CompiledDynamics:
             arrays=arrays,
             law=self._callback,
             switches=self._switches,
-            beat=progress,
+            # Signals are looked at in any case.
+            beat=heard if progress is not None or listened() else None,
         )
         return Report(error, *STATUS[status], *rest)
 
@@ -181,7 +190,9 @@ class CompiledDynamics:
             SingularConfigurationError: the constraint Jacobian has no full rank at one of them.
         """
         rates = np.empty_like(states)
-        singular = self.rig.rates(np.ascontiguousarray(times), np.ascontiguousarray(states), rates, self._callback)
+        beat()
+        at, states = np.ascontiguousarray(times), np.ascontiguousarray(states)
+        singular = self.rig.rates(at, states, rates, self._callback, lambda _: beat())
         if singular:
             raise SingularConfigurationError("the constraint Jacobian has lost rank")
         return rates

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict
+from pydantic import BaseModel, BeforeValidator, ConfigDict, field_validator
 
-from drillrig_pin.elements.fields import Name, TreeName, Vector, quantity, reference, split
+from drillrig_pin.elements.fields import Name, TreeName, Vector, quantity, reference, sized, split
 from drillrig_pin.errors import ModelError
 from drillrig_pin.model.nodes import Node
 
@@ -15,6 +15,8 @@ class Declaration(BaseModel):
     """Base: attributes as fields, no force."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    _sized = field_validator("*")(sized)
 
     tag: ClassVar[str]
 

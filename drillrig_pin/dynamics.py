@@ -50,6 +50,11 @@ class Equations:
     f: Array
     f_dot: Array
 
+    @property
+    def finite(self) -> bool:
+        """True if all that is to be solved is finite numbers."""
+        return all(bool(np.isfinite(part).all()) for part in (self.M, self.p1, self.J, self.p2))
+
 
 class ForceGroup:
     """Force elements whose laws are one class: evaluated in one go."""
@@ -164,13 +169,16 @@ class Dynamics:
 
     def solve(self, equations: Equations) -> tuple[Array, Array]:
         """Accelerations a (nv) and multipliers lambda (m) of assembled equations, in the chosen formulation."""
+        if self.formulation == "multipliers" and not self.redundant:
+            return solve_multipliers(equations, self._kkt)
+        if not equations.finite:
+            # Decompositions of what is no number fail in many ways, or do not come back.
+            return np.full(self._nv, np.nan), np.full(self.space.m, np.nan)
         if self.formulation == "null_space":
             return solve_null_space(equations, self.rank)
         if self.formulation == "damped":
             return solve_damped(equations)
-        if self.redundant:
-            return solve_least_norm(equations, self.rank)
-        return solve_multipliers(equations, self._kkt)
+        return solve_least_norm(equations, self.rank)
 
     def rate(self, t: float, y: Array) -> Array:
         """Right-hand side dy/dt of the integrated vector y = (q, v, work in, work dissipated)."""
@@ -214,6 +222,8 @@ class Dynamics:
     def _smallest(self, M: Array, violation: Array) -> Array:
         """Step with J step = violation that is smallest in the metric M: eq. (57) without forces."""
         equations = Equations(M, np.zeros(self._nv), self.space.J, violation, violation, violation)
+        if not equations.finite:
+            return np.full(self._nv, np.nan)
         if self.formulation == "damped":
             return solve_damped(equations)[0]
         if self.redundant:
@@ -283,10 +293,18 @@ def solve_least_norm(equations: Equations, rank: int) -> tuple[Array, Array]:
     M, J = equations.M, equations.J
     free = np.linalg.solve(M, equations.p1)
     Z = np.linalg.solve(M, J.T)
-    values, vectors = np.linalg.eigh(J @ Z)
+    values, vectors = _eigen(J @ Z)
     values, vectors = values[len(values) - rank :], vectors[:, len(values) - rank :]
     multipliers: Array = vectors @ ((vectors.T @ (equations.p2 - J @ free)) / values)
     return np.asarray(free + Z @ multipliers, dtype=float), multipliers
+
+
+def _eigen(S: Array) -> tuple[Array, Array]:
+    """Eigenvalues and vectors of a symmetric matrix; none that are numbers if it holds what is none."""
+    if np.isfinite(S).all():
+        values, vectors = np.linalg.eigh(S)
+        return values, vectors
+    return np.full(len(S), np.nan), np.full(S.shape, np.nan)
 
 
 def solve_damped(equations: Equations) -> tuple[Array, Array]:
@@ -302,7 +320,7 @@ def solve_damped(equations: Equations) -> tuple[Array, Array]:
     if not len(J):
         return np.asarray(free, dtype=float), np.zeros(0)
     Z = np.linalg.solve(M, J.T)
-    s, w = np.linalg.eigh(J @ Z)
+    s, w = _eigen(J @ Z)
     weak = WEAK**2 * s[-1]
     d = DAMPING * weak * np.maximum(0.0, 1.0 - (s / weak) ** 2)
     multipliers: Array = w @ ((w.T @ (equations.p2 - J @ free)) * s / (s**2 + d**2))

@@ -142,7 +142,7 @@ class Status(Enum):
     INTERRUPTED = ("interrupted", "the run was stopped by the user", "What was computed so far is kept.")
     DIVERGED = (
         "diverged",
-        "the motion left the range of finite numbers or of the oil's law",
+        "the motion left the range of a machine's numbers or of the oil's law",
         "Look at the last samples; try a smaller step or tolerance, or softer loads.",
     )
     STEP_TOO_SMALL = (
@@ -160,6 +160,13 @@ class Status(Enum):
         "constraints left",
         "the machine has moved off its constraints",
         "Look at the named row; switch scenario.stabilization.projection on, or take a smaller step or tolerance.",
+    )
+
+    TOO_LONG = (
+        "too long",
+        "the run would take more processor time than it may",
+        "Soften or weigh down what is named, take a stiff integrator.method (RODAS, Radau), shorten the run, or raise "
+        "scenario.integrator.budget.",
     )
 
     def __init__(self, word: str, message: str, advice: str) -> None:

@@ -17,11 +17,10 @@ from scipy.optimize import brentq
 from drillrig_pin.errors import Status
 from drillrig_pin.inside import Inside, Kind, State, System
 from drillrig_pin.kinematics import Array
-from drillrig_pin.stepping import Counter, Plan, Settings, StoppedError
+from drillrig_pin.stepping import NOT_FINITE, Counter, Plan, Settings, StoppedError
 
 #: Points inside a step at which switching functions are looked at, as fractions: a short contact is not missed.
 LOOKS = (0.25, 0.5, 0.75, 1.0)
-NOT_FINITE = "the state is not a finite number any more"
 #: Part of a step by which a sample must lie before a singular position to be kept: its time is known no better.
 EARLY = 0.01
 #: How exactly a switch is located [s].
@@ -96,7 +95,7 @@ def _solver(system: System, t: float, y: Array, bound: float, settings: Settings
     if settings.method == "RK4":
         return RK4(system.rate, t, y, bound, step=settings.step)
     cls = {"DOP853": DOP853, "Radau": Radau, "LSODA": LSODA}[settings.method]
-    first = None if first is None or bound <= t else min(first, bound - t)
+    first = None if first is None or not first > 0 or bound <= t else min(first, bound - t)
     tolerances: dict[str, Any] = {"rtol": settings.rtol, "atol": settings.atol}
     if settings.endless and cls is LSODA:
         # It hands them on at once; SciPy warns of relative tolerances below a hundred roundings.
@@ -263,8 +262,8 @@ class _Watch:
         def value(t: float) -> float:
             return float(self._system.switches(curve(t))[index])
 
-        if value(left) * value(right) > 0:
+        if not value(left) * value(right) <= 0:
             # The start already lies on the new side by rounding: the switch was at the start.
             return left
-        root: float = brentq(value, left, right, xtol=SWITCH_TIME)
+        root: float = brentq(value, left, right, xtol=SWITCH_TIME, disp=False)
         return root

@@ -8,6 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from drillrig_pin.budget import OverspentError
 from drillrig_pin.constraint_watch import ConstraintWatch, left_words, lost_words
 from drillrig_pin.dynamics import Dynamics
 from drillrig_pin.elements.cylinder import Cylinder
@@ -19,7 +20,7 @@ from drillrig_pin.stepping import Counter, Settings, StoppedError
 
 Progress = Callable[[float], None]
 #: Integrates over the rows planned by the recorder, and into it; StoppedError if it cannot go on.
-March = Callable[[Settings, Recorder, Counter, Progress | None], None]
+March = Callable[[Settings, Recorder, Counter, Progress], None]
 #: dy/dt (k, size) at times (k) and states (k, size).
 Rates = Callable[[Array, Array], Array]
 
@@ -27,7 +28,7 @@ Rates = Callable[[Array, Array], Array]
 def march_python(dynamics: Dynamics) -> tuple[March, Rates]:
     """A bound rig in Python, to be marched and to be looked at."""
 
-    def march(settings: Settings, recorder: Recorder, counter: Counter, progress: Progress | None) -> None:
+    def march(settings: Settings, recorder: Recorder, counter: Counter, progress: Progress) -> None:
         # SciPy's integrators take a third of a second to import, which a run in the core need not wait for.
         from drillrig_pin.integrators import integrate
 
@@ -37,12 +38,20 @@ def march_python(dynamics: Dynamics) -> tuple[March, Rates]:
         with np.errstate(all="ignore"):
             start = dynamics.initial()
             watch.begin(float(plan.times[0]), start, dynamics.rate(float(plan.times[0]), start))
-            for kind, t, y in integrate(dynamics, start, plan, settings, counter, watch.step):
+            t, y = float(plan.times[0]), start
+            rows = integrate(dynamics, start, plan, settings, counter, watch.step)
+            while True:
+                try:
+                    kind, t, y = next(rows)
+                except StopIteration:
+                    return
+                except OverspentError as error:
+                    raise StoppedError(Status.TOO_LONG, t, error.what, y) from None
                 broken = broken_cylinder(dynamics) if kind is not Kind.EXTRA else ""
                 if broken:
                     raise StoppedError(Status.DIVERGED, t, broken, y)
                 recorder.record(t, y, extra=kind is Kind.EXTRA)
-                if progress is not None and recorder.count % every == 0:
+                if recorder.count % every == 0:
                     progress(t)
 
     def rates(times: Array, states: Array) -> Array:
@@ -58,15 +67,16 @@ def march_core(dynamics: Dynamics) -> tuple[March, Rates]:
 
     compiled = CompiledDynamics(dynamics)
 
-    def march(settings: Settings, recorder: Recorder, counter: Counter, progress: Progress | None) -> None:
+    def march(settings: Settings, recorder: Recorder, counter: Counter, progress: Progress) -> None:
         report = compiled.run(dynamics.initial(), settings, recorder.plan, recorder.arrays(), progress)
         recorder.count = report.rows
         recorder.extra.append(report.extra)
         counter.steps, counter.evaluations, counter.switches = report.steps, report.evaluations, report.switches
+        if isinstance(report.error, OverspentError):
+            raise StoppedError(Status.TOO_LONG, report.time, report.error.what, report.state) from None
         if report.error is not None:
             raise report.error
-        if progress is not None:
-            progress(report.time)
+        progress(report.time)
         cause = report.cause
         if report.status is Status.SINGULAR:
             cause = lost_words(dynamics)

@@ -78,6 +78,7 @@ class Look:
     smooth: bool
 
 
+@np.errstate(all="ignore")
 def examine(dynamics: Dynamics, rates: Rates, duration: float) -> Look:
     """Linearise about the initial state by differences: y' = A y + g(t)."""
     y = dynamics.initial()

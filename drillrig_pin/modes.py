@@ -28,6 +28,7 @@ LARGEST = 300
 FREE = 1e-6
 
 
+@np.errstate(all="ignore")
 def modes_of(dynamics: Dynamics, rates: Rates) -> tuple[Mode, ...]:
     """Modes about the initial state, the slowest to decay first; none where the machine does not rest there.
 
@@ -44,6 +45,8 @@ def modes_of(dynamics: Dynamics, rates: Rates) -> tuple[Mode, ...]:
     y[nq : nq + nv] = 0.0
     try:
         J = dynamics.assemble(0.0, q, np.zeros(nv)).J
+        if not np.isfinite(J).all():
+            return ()
         Z = null_space(J) if space.m else np.eye(nv)
         k = Z.shape[1]
         if k == 0:
@@ -60,7 +63,10 @@ def modes_of(dynamics: Dynamics, rates: Rates) -> tuple[Mode, ...]:
     if not np.isfinite(a).all():
         return ()
     K, D = ((Z.T @ (a[i : i + k] - a[i + k : i + 2 * k]).T) / (2 * STEP) for i in (0, 2 * k))
-    values = np.linalg.eigvals(np.block([[np.zeros((k, k)), np.eye(k)], [K, D]]))
+    A = np.block([[np.zeros((k, k)), np.eye(k)], [K, D]])
+    if not np.isfinite(A).all():
+        return ()
+    values = np.linalg.eigvals(A)
     values = values[(np.abs(values) > FREE * np.abs(values).max()) & (values.imag >= 0)]
     found = [Mode(float(abs(value.imag)) / (2 * np.pi), float(-value.real)) for value in values]
     return tuple(sorted(found, key=lambda mode: (mode.decay, mode.frequency)))

@@ -13,7 +13,8 @@ from drillrig_pin.arrays import Arrays
 from drillrig_pin.dependence import singular_words
 from drillrig_pin.dynamics import Dynamics, ForceGroup
 from drillrig_pin.elements.cylinder import Cylinder, LockedOil
-from drillrig_pin.errors import Outcome
+from drillrig_pin.errors import Outcome, Status
+from drillrig_pin.finite import STRAYED, TURNED, first_unsound
 from drillrig_pin.fitting import locked_words
 from drillrig_pin.joint_limits import outside_limits
 from drillrig_pin.kinematics import Array
@@ -22,11 +23,13 @@ from drillrig_pin.sampling import load_frequencies
 from drillrig_pin.scenario import Scenario
 from drillrig_pin.statics import Equilibrium
 from drillrig_pin.stepping import Flags, Plan
-from drillrig_pin.trajectory import Kept, Trajectory
+from drillrig_pin.trajectory import AXES, Kept, Trajectory
 from drillrig_pin.validity import looked_at
 
 #: A change of the initial velocity [rad/s, m/s] that is more than rounding.
 NOTICED = 1e-9
+#: How names of coordinates end that are positions of a floating joint.
+FLOATING = (".x", ".y", ".z")
 
 
 class Recorder:
@@ -100,8 +103,34 @@ class Recorder:
         ]
         return arrays, asked[order], kept[order]
 
+    def _unsound(self, *arrays: Array) -> tuple[int, str] | None:
+        """The first row that holds what no machine shows, and what: of the arrays in order, then of elastic energy."""
+        rig, forces, index = self.dynamics.rig, self.dynamics.forces, self.dynamics.space.index
+        by_coordinate = [forces[i].name for i in np.argsort(index)]
+        rows = tuple(row.name for row in rig.rows)
+        points = tuple(f"{name} along {axis}" for name in rig.tracked for axis in AXES)
+        names: list[tuple[str, tuple[str, ...]]] = [
+            ("time", ()),
+            ("position", tuple(rig.coordinate_names)),
+            ("velocity", tuple(rig.dof_names)),
+            ("acceleration", tuple(rig.dof_names)),
+            ("work", ("the loads", "friction and damping")),
+            ("reaction", rows),
+            ("constraint error", rows),
+            ("rate of the constraint error", rows),
+            ("length or angle", tuple(by_coordinate)),
+            ("force", tuple(by_coordinate)),
+            ("position of point", points),
+            ("energy", ("motion", "height")),
+            ("elastic energy", ()),
+        ]
+        reach = [STRAYED if name in rig.sliding or name.endswith(FLOATING) else TURNED for name in rig.coordinate_names]
+        bounds = {"position": np.array(reach), "position of point": np.full(len(points), STRAYED)}
+        return first_unsound({n: (a, c) for (n, c), a in zip(names, arrays, strict=True)}, bounds)
+
+    @np.errstate(all="ignore")
     def trajectory(self, outcome: Outcome, scenario: Scenario, cost: dict[str, float]) -> Trajectory:
-        """All rows recorded so far."""
+        """All rows recorded so far, up to the first that holds what no machine shows: from there on it has diverged."""
         dynamics = self.dynamics
         (time, q, v, a, work, reaction, f, f_dot, x, F, points, energy), asked, kept = self._rows()
         rig, forces, index = dynamics.rig, dynamics.forces, dynamics.space.index
@@ -109,6 +138,15 @@ class Recorder:
         loads = [i for i, e in enumerate(forces) if e.load]
         others = [i for i, e in enumerate(forces) if i not in cylinders and not e.load]
         oil = _Oil(dynamics.groups, x, cylinders)
+        unsound = self._unsound(time, q, v, a, work, reaction, f, f_dot, x, F, points, energy, oil.energy()[0])
+        if unsound is not None:
+            row, words = unsound
+            outcome = Outcome(Status.DIVERGED, float(time[row]), outcome.steps, words)
+            time, q, v, a, work, reaction, f, f_dot, x, F, points, energy = (
+                array[:row] for array in (time, q, v, a, work, reaction, f, f_dot, x, F, points, energy)
+            )
+            asked, kept = asked[:row], kept[:row]
+            oil = _Oil(dynamics.groups, x, cylinders)
         of_record: Any = slice(None) if kept.all() else kept  # a copy of every row only where it is needed
         outcome = looked_at(outcome, dynamics.groups, forces, time[of_record], x[of_record])
         arrays = Arrays(

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from drillrig_pin.dynamics import Dynamics
-from drillrig_pin.errors import ResultSizeError
+from drillrig_pin.errors import ResultSizeError, ScenarioError
 from drillrig_pin.kinematics import Array
 from drillrig_pin.memory import available_memory
 from drillrig_pin.scenario import Scenario
@@ -23,6 +23,10 @@ PHASES = 20
 DRIFT = 2e-3
 #: Steps in a period of every load, at least, for a user who asks for steps longer than the rows of the record.
 STEPS_PER_PERIOD = 8
+#: Rows of the record a second from which no run is long enough to be worth the search for other phases [Hz].
+FASTEST = 1e12
+#: Steps of a fixed or longest length that a run may ask for: days of computation.
+MOST_STEPS = 1e9
 #: Rows of the record between the stops of such a run.
 COARSE = 100
 
@@ -48,7 +52,8 @@ def record_rate(frequencies: Iterable[float]) -> float:
     if not frequencies:
         return LEAST_RATE
     rate = LEAST_RATE * max(1.0, np.ceil(PER_PERIOD * frequencies[-1] / LEAST_RATE * (1 - 1e-12)))
-    while any(_repeats(f / rate) for f in frequencies):
+    # Beyond, thousands of rows more or less are one number: such a run is refused for its size.
+    while rate < FASTEST and any(_repeats(f / rate) for f in frequencies):
         rate += LEAST_RATE
     return float(rate)
 
@@ -103,6 +108,25 @@ def require_memory(scenario: Scenario, dynamics: Dynamics) -> None:
     )
     error.needed, error.available, error.field = needed, available, f"scenario.{largest}"
     raise error
+
+
+def require_steps(scenario: Scenario, method: str) -> None:
+    """Refuse a case that asks for more steps than anybody would wait for.
+
+    Raises:
+        ScenarioError: with their number and the field that asks for them.
+    """
+    chosen = scenario.integrator
+    name, step = ("step", chosen.step) if method == "RK4" else ("max_step", chosen.max_step)
+    count = scenario.duration / step if step else 0.0
+    if count > MOST_STEPS:
+        field = f"scenario.integrator.{name}"
+        error = ScenarioError(
+            f"{field} = {step:g} s asks for {count:.3g} steps in {scenario.duration:g} s, {MOST_STEPS:g} are the most",
+            todo=f"Lengthen {field}, or shorten scenario.duration.",
+        )
+        error.field = field
+        raise error
 
 
 def longest_step(scenario: Scenario, dynamics: Dynamics, method: str) -> float:

@@ -7,8 +7,17 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
 
+from drillrig_pin.elements.fields import sized
 from drillrig_pin.errors import FieldError, ScenarioError, legal_names, shown
 from drillrig_pin.files import shipped_scenarios
 from drillrig_pin.yamlfile import read_fields, require_fields
@@ -49,6 +58,8 @@ def require_no_switch(cls: type[BaseModel], given: Any) -> Any:
 class _Part(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, str_max_length=10_000)
 
+    _sized = field_validator("*")(sized)
+
     @model_validator(mode="before")
     @classmethod
     def _no_switch_for_a_number(cls, given: Any) -> Any:
@@ -85,6 +96,10 @@ class Integrator(_Part):
     rtol: Annotated[float, Field(ge=1e-13, le=1e-2)] = Field(1e-8, description="relative tolerance of the others")
     atol: Positive = Field(1e-10, description="absolute tolerance on q [rad, m]")
     max_step: Positive | None = Field(None, description="longest step [s]; none: no bound")
+    budget: Positive | None = Field(
+        3600.0,
+        description="processor time a run may take [s]; one that would clearly take longer stops soon; none: no bound",
+    )
 
 
 def _words(given: Any) -> Any:

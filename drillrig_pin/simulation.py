@@ -7,6 +7,7 @@ import time as clock
 import warnings
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
 from dataclasses import replace
 from typing import Any
 
@@ -14,6 +15,8 @@ import numpy as np
 
 from drillrig_pin.assembly import assemble_state
 from drillrig_pin.balance import doubt
+from drillrig_pin.beat import listening
+from drillrig_pin.budget import Budget
 from drillrig_pin.constraint_watch import lost_words
 from drillrig_pin.dependence import singular_words
 from drillrig_pin.dynamics import Dynamics
@@ -29,17 +32,19 @@ from drillrig_pin.errors import (
     Status,
     legal_names,
 )
+from drillrig_pin.finite import require_named
 from drillrig_pin.fitting import fitted, start_configuration
-from drillrig_pin.marching import broken_cylinder, march_core, march_python
+from drillrig_pin.marching import Rates, broken_cylinder, march_core, march_python
 from drillrig_pin.methods import engine_of, method_of
 from drillrig_pin.modes import modes_of
 from drillrig_pin.recorder import Recorder
 from drillrig_pin.rig import Rig
-from drillrig_pin.sampling import longest_step, plan_rows, require_memory
+from drillrig_pin.sampling import longest_step, plan_rows, require_memory, require_steps
 from drillrig_pin.scenario import Scenario
 from drillrig_pin.stabilization import Baumgarte, Correction, NoCorrection, SlidingMode, default_rate
 from drillrig_pin.statics import Equilibrium, find_equilibrium
 from drillrig_pin.stepping import Counter, Settings, StoppedError
+from drillrig_pin.stiffness import stiff_words
 from drillrig_pin.trajectory import Trajectory
 from drillrig_pin.workspace import Workspace
 
@@ -47,6 +52,8 @@ Progress = Callable[[float], None]
 
 #: A run that breaks down while a cylinder is nearer to an end than this fraction of its stroke broke down there.
 SPARE = 0.1
+#: Time between two looks at whether a run in Python is to end [s].
+BEAT = 0.05
 
 
 def simulate(rig: Rig, scenario: Scenario | None = None, progress: Progress | None = None) -> Trajectory:
@@ -55,7 +62,8 @@ def simulate(rig: Rig, scenario: Scenario | None = None, progress: Progress | No
     Args:
         rig: the rig; not changed. What ``scenario.lock`` names is locked in a copy, and in the result's model.
         scenario: the case; None: the default one.
-        progress: called now and then with the simulated time [s].
+        progress: called now and then with the simulated time [s], also while the run is prepared; what it raises ends
+            the run.
 
     Returns:
         The trajectory. A run that stops early keeps what it has, with its status; Ctrl-C is one way to stop. One whose
@@ -66,7 +74,10 @@ def simulate(rig: Rig, scenario: Scenario | None = None, progress: Progress | No
         AssemblyError: the constraints cannot be closed, or a cylinder starts outside its stroke.
         ResultSizeError: the result would not fit the memory there is.
     """
-    return Case(rig, scenario or Scenario()).run(progress)
+    scenario = scenario or Scenario()
+    with listening(lambda: progress(0.0)) if progress is not None else nullcontext():
+        case = Case(rig, scenario)
+    return case.run(progress)
 
 
 def simulate_many(
@@ -102,14 +113,17 @@ class Case:
         modes: the machine's own vibrations about its start.
     """
 
+    @np.errstate(all="ignore")
     def __init__(self, rig: Rig, scenario: Scenario) -> None:
         self.scenario = scenario
         self.dynamics = prepare(rig, scenario)
         self.engine = engine_of(scenario)
         self._march, rates = march_python(self.dynamics) if self.engine == "python" else march_core(self.dynamics)
+        _require_accelerations(self.dynamics, rates)
         self.method = method_of(scenario, self.engine, self.dynamics, rates)
         self.modes = modes_of(self.dynamics, rates)
         self._settings = _settings(self.dynamics, scenario, self.method)
+        require_steps(scenario, self.method)
         require_memory(scenario, self.dynamics)
         self._plan = plan_rows(scenario, self.dynamics, self.method)
 
@@ -127,7 +141,24 @@ class Case:
         started = clock.perf_counter()
         recorder = Recorder(self.dynamics, self._plan, self.engine, self.method)
         counter = Counter()
-        outcome = self._outcome(recorder, counter, progress)
+        budget = Budget(self.scenario.integrator.budget, self.scenario.duration)
+
+        heard = clock.perf_counter()
+
+        def reached(t: float) -> None:
+            nonlocal heard
+            heard = clock.perf_counter()
+            budget.spend(t)
+            if progress is not None:
+                progress(t)
+
+        def waiting() -> None:
+            if clock.perf_counter() - heard > BEAT:
+                reached(recorder.last_time)
+
+        # The core asks by itself; in Python a row may be long in coming.
+        with listening(waiting) if self.engine == "python" else nullcontext():
+            outcome = self._outcome(recorder, counter, reached)
         cost = {
             "steps": float(counter.steps),
             "evaluations": float(counter.evaluations),
@@ -136,7 +167,8 @@ class Case:
         }
         return replace(recorder.trajectory(outcome, self.scenario, cost), modes=self.modes)
 
-    def _outcome(self, recorder: Recorder, counter: Counter, progress: Progress | None) -> Outcome:
+    @np.errstate(all="ignore")
+    def _outcome(self, recorder: Recorder, counter: Counter, progress: Progress) -> Outcome:
         dynamics = self.dynamics
         status, cause = Status.COMPLETED, ""
         singular = dynamics.equilibrium.assembly.singular
@@ -149,6 +181,9 @@ class Case:
             self._march(self._settings, recorder, counter, progress)
         except StoppedError as stopped:
             status, cause = stopped.status, stopped.cause
+            if status is Status.TOO_LONG:
+                stiff = stiff_words(dynamics, stopped.state)
+                return Outcome(status, stopped.time, counter.steps, f"{cause}; {stiff}" if stiff else cause)
             if status not in (Status.SINGULAR, Status.DRIFTED):
                 dynamics.evaluate_forces(stopped.time, *np.split(stopped.state[:-2], [dynamics.rig.model.nq]))
                 broken = broken_cylinder(dynamics, SPARE)
@@ -162,6 +197,7 @@ class Case:
         return Outcome(status, recorder.last_time, counter.steps, cause)
 
 
+@np.errstate(all="ignore")
 def start_state(rig: Rig, scenario: Scenario, space: Workspace | None = None) -> Equilibrium:
     """The assembled initial state of a scenario and its static equilibrium; the rig as :func:`fitted` makes it."""
     rig = fitted(rig, scenario)
@@ -195,8 +231,14 @@ def _require_stroke(cylinder: Cylinder, length: float) -> None:
         )
 
 
+@np.errstate(all="ignore")
 def prepare(rig: Rig, scenario: Scenario) -> Dynamics:
-    """The equations of a case at its start, ready to be evaluated or integrated."""
+    """The equations of a case at its start, ready to be evaluated or integrated.
+
+    Raises:
+        ScenarioError: the scenario does not fit the rig.
+        AssemblyError: the machine cannot be assembled, or a number at its start is none of a machine.
+    """
     rig = fitted(rig, scenario)
     names = [element.name for element in rig.forces if element.load]
     chosen = {"all": names, "none": []}
@@ -208,7 +250,7 @@ def prepare(rig: Rig, scenario: Scenario) -> Dynamics:
         if isinstance(element, Load) and element.name in acting:
             _require_covered(element, scenario.duration)
     space = Workspace(rig, rig.forces)
-    return Dynamics(
+    dynamics = Dynamics(
         rig,
         start_state(rig, scenario, space),
         loads=acting,
@@ -216,6 +258,28 @@ def prepare(rig: Rig, scenario: Scenario) -> Dynamics:
         correction=correction_of(scenario),
         space=space,
     )
+    _require_forces(dynamics)
+    return dynamics
+
+
+def _require_forces(dynamics: Dynamics) -> None:
+    """Refuse a case whose forces at the start are no numbers of a machine."""
+    rig, start = dynamics.rig, dynamics.initial()
+    velocities = start[rig.model.nq : -2]
+    require_named(dict(zip(rig.dof_names, velocities.tolist(), strict=True)), "velocity")
+    dynamics.evaluate_forces(0.0, start[: rig.model.nq], velocities)
+    forces = dynamics.F[dynamics.space.index].tolist()
+    require_named(dict(zip([element.name for element in dynamics.forces], forces, strict=True)), "force")
+
+
+def _require_accelerations(dynamics: Dynamics, rates: Rates) -> None:
+    """The same for the accelerations, as the engine that runs the case computes them."""
+    nq, start = dynamics.rig.model.nq, dynamics.initial()
+    try:
+        rate = rates(np.zeros(1), start[None])[0]
+    except (SingularConfigurationError, np.linalg.LinAlgError):
+        return  # the run itself says what is wrong
+    require_named(dict(zip(dynamics.rig.dof_names, rate[nq:-2].tolist(), strict=True)), "acceleration")
 
 
 def _require_covered(load: Load, duration: float) -> None:

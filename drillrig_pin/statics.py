@@ -9,6 +9,8 @@ import pinocchio as pin
 
 from drillrig_pin.assembly import Assembly
 from drillrig_pin.elements.cylinder import Cylinder
+from drillrig_pin.errors import AssemblyError
+from drillrig_pin.finite import require_named, require_near
 from drillrig_pin.kinematics import Array
 from drillrig_pin.rig import Rig
 from drillrig_pin.sharing import share
@@ -65,6 +67,7 @@ class Equilibrium:
         return bool(np.abs(self.unbalanced).max(initial=0.0) <= 1e-6)
 
 
+@np.errstate(all="ignore")
 def find_equilibrium(rig: Rig, assembly: Assembly, space: Workspace | None = None) -> Equilibrium:
     """Holding forces F and reactions lambda with  g(q) = rows^T F + J^T lambda  at zero velocity.
 
@@ -74,12 +77,23 @@ def find_equilibrium(rig: Rig, assembly: Assembly, space: Workspace | None = Non
     suffice: the machine carries its own weight before its tip is pinned. Where several solutions remain, elements share
     by stiffness (:mod:`drillrig_pin.sharing`). ``space``: a workspace with all forces of the rig to use; None: one of
     its own.
+
+    Raises:
+        AssemblyError: a position or force at rest is no number of a machine; says which.
     """
     space = space or Workspace(rig, rig.forces)
     placed = [(e, i) for e, i in zip(space.forces, space.index, strict=True) if not e.load]
     q, zero = assembly.q, np.zeros(rig.model.nv)
     space.update(q, zero)
+    require_near(_places(rig, space))
+    for element, i in zip(space.forces, space.index, strict=True):
+        if not np.isfinite(space.rows[i]).all():
+            raise AssemblyError(
+                f"{element.name!r} has no direction at the start",
+                todo="The two points that it joins coincide: move one.",
+            )
     x0 = {element.name: float(space.x[i]) for element, i in placed}
+    require_named(x0, "length or angle")
     needed = pin.computeGeneralizedGravity(rig.model, space.kinematics.data, q).copy()
     columns = []
     for element, i in placed:
@@ -88,7 +102,9 @@ def find_equilibrium(rig: Rig, assembly: Assembly, space: Workspace | None = Non
         else:
             law = element.bind(x0[element.name], 0.0)
             x = space.x[i : i + 1]
-            needed -= space.rows[i] * np.ravel(law.force(x, np.zeros(1), 0.0))[0]
+            force = float(np.ravel(law.force(x, np.zeros(1), 0.0))[0])
+            require_named({element.name: force}, "force")
+            needed -= space.rows[i] * force
     loop = np.array([row.loop for row in rig.rows], dtype=bool)
     carriers = np.array(columns).reshape(len(columns), rig.model.nv)
     holding = [element for element, _ in placed if element.holding]
@@ -102,9 +118,13 @@ def find_equilibrium(rig: Rig, assembly: Assembly, space: Workspace | None = Non
         forces, reaction, spread = shares.elastic, shares.rigid, shares.spread
         rest = needed - carriers.T @ forces - space.J.T @ reaction
     held = {element.name: float(F) for element, F in zip(holding, forces, strict=True)}
+    require_named(held, "force")
     pressures = {
         element.name: element.rest_pressures(held[element.name]) for element in holding if isinstance(element, Cylinder)
     }
+    for name, both in pressures.items():
+        require_named(dict.fromkeys([name], float(np.abs(both).max())), "pressure")
+    require_named(dict(zip([row.name for row in rig.rows], reaction.tolist(), strict=True)), "reaction")
     shared = tuple(element.name for element, part in zip(holding, shares.shared, strict=True) if part)
     wide = {
         row.name: (float(low), float(high))
@@ -112,3 +132,12 @@ def find_equilibrium(rig: Rig, assembly: Assembly, space: Workspace | None = Non
         if high - low > WIDE * max(1.0, float(np.abs(needed).max(initial=0.0)))
     }
     return Equilibrium(assembly, x0, held, pressures, reaction, rest, shared, wide)
+
+
+def _places(rig: Rig, space: Workspace) -> dict[str, Array]:
+    """Where the joints and tracked points stand, by name."""
+    joints = {
+        f"joint {name!r}": placement.translation
+        for name, placement in zip(rig.joints, list(space.kinematics.data.oMi)[1:], strict=True)
+    }
+    return joints | {f"point {name!r}": place for name, place in zip(rig.tracked, space.points(), strict=True)}

@@ -42,6 +42,10 @@ class Settings:
         return relative
 
 
+#: Cause of a run that diverged.
+NOT_FINITE = "the state is not a finite number any more"
+
+
 class StoppedError(Exception):
     """The integration cannot go on; carries the status, the time reached, the cause and the last sound state."""
 

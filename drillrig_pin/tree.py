@@ -91,12 +91,13 @@ def unresisted(model: Any, q: Any) -> list[int]:
     M = np.triu(M) + np.triu(M, 1).T
     size = np.sqrt(np.maximum(np.diag(M), 0.0))
     still = size < STILL
-    if not still.any():
+    if not still.any() and np.isfinite(M).all():
         values, vectors = np.linalg.eigh(M / np.outer(size, size))
         still = np.abs(vectors[:, 0]) > 0.1 if values[0] < SINGULAR_MASS else still
     return [int(i) for i in np.flatnonzero(still)]
 
 
+@np.errstate(all="ignore")
 def _compare(model: Any, file: ModelFile) -> None:
     """Every link of the file must be in the tree, and every joint must move the mass and inertia of its links.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from drillrig_pin.beat import beat
 from drillrig_pin.coordinates import Coordinate, CoordinateSet
 from drillrig_pin.elements.base import Element
 from drillrig_pin.kinematics import Array, Kinematics, anchor_matrix, support_matrix
@@ -41,7 +42,8 @@ class Workspace:
         self.tracked_points = anchor_matrix(rig.model, [rig.point(name) for name in rig.tracked])
 
     def update(self, q: Array, v: Array) -> None:
-        """Evaluate everything at q (nq), v (nv)."""
+        """Evaluate everything at q (nq), v (nv); a beat of every loop that does."""
+        beat()
         self.kinematics.update(q, v)
         self.coordinates.update(self.kinematics, q)
 

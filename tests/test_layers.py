@@ -14,7 +14,7 @@ ROOT = Path(drillrig_pin.__file__).parent
 #: Lowest first. Files within one entry may import each other; an entry ending in a dot is a folder.
 LAYERS: list[tuple[str, ...]] = [
     ("errors", "_drillrig", "words", "units", "escaping"),
-    ("files", "memory", "litter", "modest"),
+    ("files", "memory", "beat", "budget", "litter", "modest"),
     ("model.", "yamlfile", "series"),
     ("storage", "hdf5", "tree_data"),
     ("kinematics",),
@@ -30,7 +30,7 @@ LAYERS: list[tuple[str, ...]] = [
     ("assembly",),
     ("sharing", "statics", "stabilization"),
     ("dynamics", "scenario", "stepping"),
-    ("inside", "sampling", "fitting"),
+    ("inside", "sampling", "fitting", "stiffness"),
     ("constraint_watch", "integrators", "core", "trajectory", "older", "columns"),
     ("validity",),
     ("recorder", "balance"),

@@ -169,9 +169,12 @@ nb::dict evaluate_at(const RigSpec& spec, double t, const Array& y, nb::object l
 }
 
 // dy/dt by rows at times and states by rows; true if one of them is singular.
-bool rates_at(const RigSpec& spec, const Array& times, const Array& states, const Array& rates, nb::object law) {
-  Borrowed borrowed{law, nb::none(), nb::none(), std::nullopt};
+bool rates_at(const RigSpec& spec, const Array& times, const Array& states, const Array& rates, nb::object law,
+              nb::object beat) {
+  Borrowed borrowed{law, nb::none(), beat, std::nullopt};
   Dynamics d(spec, borrowed.callback());
+  Pulse pulse(call_beat, &borrowed, 1);
+  d.listen(&pulse);
   const std::size_t n = d.size();
   require(states, times.size() * n, "states");
   require(rates, times.size() * n, "rates");
@@ -264,7 +267,7 @@ NB_MODULE(_drillrig, module) {
            "correction"_a, "correction_values"_a, "rank"_a, "rank_threshold"_a)
       .def("evaluate", &evaluate_at, "t"_a, "y"_a, "law"_a = nb::none(),
            "Everything the right-hand side computes at (t, y), by name.")
-      .def("rates", &rates_at, "times"_a, "states"_a, "rates"_a, "law"_a = nb::none(),
+      .def("rates", &rates_at, "times"_a, "states"_a, "rates"_a, "law"_a = nb::none(), "beat"_a = nb::none(),
            "Right-hand sides at times (k) and states (k, size), into rates (k, size); true if one is singular.")
       .def("run", &run_case, "y0"_a, "method"_a, "step"_a, "rtol"_a, "atol"_a, "relative"_a, "max_step"_a, "projection"_a, "times"_a,
            "ends"_a, "starts"_a, "stops"_a, "breaks"_a, "arrays"_a, "law"_a = nb::none(), "switches"_a = nb::none(),

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace drillrig {
 
@@ -36,6 +37,8 @@ void ConstraintWatch::take(const double* J) {
 }
 
 double ConstraintWatch::smallest(const Eigen::MatrixXd& J) {
+  // A decomposition of what is no number may not come back.
+  if (!J.allFinite()) return std::numeric_limits<double>::quiet_NaN();
   svd_.compute(J);
   const double value = svd_.singularValues()[rank_ - 1];
   largest_ = std::max(largest_, svd_.singularValues()[0]);
@@ -60,6 +63,7 @@ Status ConstraintWatch::begin(double t, const double* y, const double* dy) {
   drift_ = kDrift * (size > kStill ? std::min(1.0, size) : 1.0);
   if (!ranked_) return Status::completed;
   take(dynamics_.jacobian());
+  if (!J_.allFinite()) return Status::diverged;
   keep(t, y, dy);
   looked_ = J_;
   value_ = smallest(J_);
@@ -67,6 +71,7 @@ Status ConstraintWatch::begin(double t, const double* y, const double* dy) {
   if (!(value_ > threshold_ * largest_)) return Status::singular;
   Eigen::VectorXd turn = Eigen::VectorXd::Zero(nv_), aside(nq_), rate(dynamics_.size());
   for (int d = 0; d < nv_; ++d) {
+    if (dynamics_.stopped()) return Status::interrupted;
     aside = q_;
     turn.setZero();
     turn[d] = kProbe;
@@ -93,11 +98,13 @@ bool ConstraintWatch::bends_little(double h, const double* y, const double* dy) 
 
 Status ConstraintWatch::step(Stepper& stepper) {
   if (m_ == 0) return Status::completed;
+  if (!dynamics_.f.allFinite()) return Status::diverged;
   if (!(dynamics_.f.lpNorm<Eigen::Infinity>() <= drift_)) return Status::drifted;
   if (!ranked_) return Status::completed;
   const double h = stepper.t - t_;
   if (!(h > 0.0)) return Status::completed;
   take(dynamics_.jacobian());
+  if (!J_.allFinite()) return Status::diverged;
   if (bends_little(h, stepper.y.data(), stepper.f.data())) {
     looked_there_ = false;
     keep(stepper.t, stepper.y.data(), stepper.f.data());
@@ -110,6 +117,7 @@ Status ConstraintWatch::step(Stepper& stepper) {
     looked_ = J_;  // J_ is needed for what lies inside
     found = lost(stepper, t_, last_, before, stepper.t, looked_, after, kHalvings);
     J_ = looked_;
+    if (dynamics_.stopped()) return Status::interrupted;
     if (found < 0.0 && !(after > limit())) found = stepper.t;
     const Status status = dynamics_.rate(stepper.t, stepper.y.data(), stepper.f.data());
     if (status != Status::completed) return status;
@@ -130,7 +138,7 @@ Status ConstraintWatch::step(Stepper& stepper) {
 double ConstraintWatch::lost(Stepper& stepper, double left, const Eigen::MatrixXd& J_left, double value_left,
                              double right, const Eigen::MatrixXd& J_right, double value_right, int depth) {
   const double middle = 0.5 * (left + right);
-  if (depth == 0 || middle <= left || middle >= right) return -1.0;
+  if (depth == 0 || middle <= left || middle >= right || dynamics_.stopped()) return -1.0;
   Eigen::MatrixXd& J = middle_[depth];
   stepper.interpolate(middle, state_.data());
   take(dynamics_.jacobian_at(state_.data()));

@@ -252,6 +252,7 @@ bool Dynamics::known_responses(Eigen::Ref<Eigen::MatrixXd> out) {
 }
 
 Status Dynamics::rate(double t, const double* y, double* dy) {
+  if (stopped()) return Status::interrupted;
   const double *q = y, *v = y + nq;
   tree_.dynamics(q, v);
   place(q);

@@ -8,6 +8,7 @@
 #include <limits>
 #include <vector>
 
+#include "pulse.hpp"
 #include "rig.hpp"
 
 namespace drillrig {
@@ -17,6 +18,10 @@ enum class Status : int { completed = 0, interrupted, diverged, step_too_small, 
 class Dynamics {
  public:
   Dynamics(const RigSpec& spec, const LawCallback& callback);
+
+  // Who is asked, at every right-hand side, whether to stop; it then gives `interrupted`, and goes on doing so.
+  void listen(Pulse* pulse) { pulse_ = pulse; }
+  bool stopped() { return pulse_ != nullptr && pulse_->stop(); }
 
   int size() const { return nq + nv + 2; }
   int m() const { return m_; }
@@ -80,6 +85,7 @@ class Dynamics {
 
   const RigSpec& spec_;
   LawContext context_;
+  Pulse* pulse_ = nullptr;
   TreeWorkspace tree_;
   const int n_, m_, joints_;
   const bool simple_;

@@ -22,6 +22,8 @@ constexpr double kWorkLeftOutLow = 1.0 / 24.0, kWorkLeftOut = 33953.0 / 3628800.
 constexpr double kCoarse = 3.0;
 // Steps of the difference quotients, as in stiff.cpp.
 constexpr double kPosition = 1e-7, kVelocity = 1e-5;
+// Size of hA up to which its exponential is of any use: every doubling loses a bit.
+constexpr double kLargest = 1e12;
 constexpr int kTerms = 18;  // of the Taylor series, with an argument of at most about one
 
 // Lobatto's points of a step of length one: both ends are among them, and one step's end is the next one's start.
@@ -206,12 +208,13 @@ void ExponentialAdams::push(double t, const double* y, const double* f) {
 
 // phi_0 = exp, phi_k(z) = (phi_{k-1}(z) - 1 / (k-1)!) / z at z = hA: a Taylor series for the last one at z / 2^s, the others
 // downwards from it, then s times from z to 2 z. Powers tell the size of z: its own norm mixes units.
-void ExponentialAdams::phi_functions() {
+bool ExponentialAdams::phi_functions() {
   Z_ = h_ * A_;
   power_.noalias() = Z_ * Z_;
   double size = std::sqrt(power_.lpNorm<Eigen::Infinity>());
   spare_.noalias() = power_ * Z_;
   size = std::max(size, std::cbrt(spare_.lpNorm<Eigen::Infinity>()));
+  if (!(size < kLargest)) return false;
   const int doublings = size > 1.0 ? static_cast<int>(std::ceil(std::log2(size))) : 0;
   Z_ *= std::ldexp(1.0, -doublings);
   MatrixXd& last = phi_[P];
@@ -222,6 +225,7 @@ void ExponentialAdams::phi_functions() {
     spare_.noalias() = power_ * Z_;
     power_ = spare_ / (P + j);
     last += power_;
+    if (dynamics_.stopped()) return false;
   }
   for (int k = P; k > 0; --k) {
     phi_[k - 1].noalias() = Z_ * phi_[k];
@@ -233,12 +237,14 @@ void ExponentialAdams::phi_functions() {
       for (int j = 1; j <= k; ++j) sum_ += phi_[j] / kFactorial[k - j];
       phi_[k] = sum_ * std::ldexp(1.0, -k);
     }
+    if (dynamics_.stopped()) return false;
   }
+  return true;
 }
 
-void ExponentialAdams::prepare() {
-  if (prepared_) return;
-  phi_functions();
+bool ExponentialAdams::prepare() {
+  if (prepared_) return true;
+  if (!phi_functions()) return false;
   for (int j = 0; j < order_; ++j) {
     auto block = B_.middleCols(rows_ * j, rows_);
     block.setZero();
@@ -250,6 +256,7 @@ void ExponentialAdams::prepare() {
     for (int i = 0; i < kInside; ++i) block.noalias() += (h_ * inside_(i, k) * kFactorial[i]) * phi_[i + 1] * R_;
   }
   prepared_ = true;
+  return true;
 }
 
 void ExponentialAdams::error(VectorXd& out) {

@@ -56,8 +56,9 @@ class ExponentialAdams {
   // A first guess at the spacing: a fraction of the fastest vibration.
   double guess(double rtol) const;
   void push(double t, const double* y, const double* f);
-  // Coefficients for the present Jacobian and spacing, if they are not at hand.
-  void prepare();
+  // Coefficients for the present Jacobian and spacing, if they are not at hand. False: there are none, the spacing spans
+  // far more than the fastest motion, or somebody asked to stop.
+  bool prepare();
   // Local error of the step ahead, by component of (q, v).
   void error(Eigen::VectorXd& out);
   // The same of the work done and of that dissipated, the larger one, over the greatest power so far times the spacing:
@@ -69,7 +70,7 @@ class ExponentialAdams {
   long take_evaluations();
 
  private:
-  void phi_functions();
+  bool phi_functions();
   void set_order(int order);
   double fastest() const;
   void recompute_remainders();

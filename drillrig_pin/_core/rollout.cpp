@@ -1,7 +1,6 @@
 #include "rollout.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <utility>
 
@@ -90,25 +89,6 @@ class Watch {
   std::vector<char> signs_, next_, now_;
 };
 
-class Pulse {
- public:
-  Pulse(Heartbeat beat, void* owner) : beat_(beat), owner_(owner), last_(Clock::now()) {}
-  bool stop(double t) {
-    if (beat_ == nullptr || ++count_ % 16 != 0) return false;
-    const auto now = Clock::now();
-    if (now - last_ < std::chrono::milliseconds(50)) return false;
-    last_ = now;
-    return beat_(owner_, t);
-  }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  Heartbeat beat_;
-  void* owner_;
-  Clock::time_point last_;
-  unsigned count_ = 0;
-};
-
 }  // namespace
 
 RunReport run(Dynamics& dynamics, const double* y0, const RunSettings& settings, const RunOutput& output,
@@ -116,7 +96,9 @@ RunReport run(Dynamics& dynamics, const double* y0, const RunSettings& settings,
   RunReport report;
   Stepper stepper(dynamics, settings);
   Watch watch(dynamics, y0);
-  Pulse pulse(heartbeat, owner);
+  // A right-hand side of many dofs takes as long as a look at the clock does not matter beside.
+  Pulse pulse(heartbeat, owner, dynamics.nv > 30 ? 1 : 64);
+  dynamics.listen(&pulse);
   Rows rows(dynamics, settings, output, points, watch.active(), report);
   Eigen::VectorXd restart = Eigen::VectorXd::Zero(dynamics.size());
   const bool projection = settings.projection && dynamics.projects();
@@ -125,6 +107,7 @@ RunReport run(Dynamics& dynamics, const double* y0, const RunSettings& settings,
     report.status = status;
     report.time = stepper.t;
     report.evaluations = stepper.evaluations;
+    dynamics.listen(nullptr);
     report.state.assign(stepper.y.data(), stepper.y.data() + dynamics.size());
     return std::move(report);
   };
@@ -136,7 +119,7 @@ RunReport run(Dynamics& dynamics, const double* y0, const RunSettings& settings,
   Status status = stepper.start(times[0], y0, settings.ends[end]);
   if (status != Status::completed) return finish(status);
   // The choice of a first step evaluates elsewhere; the record wants the start itself.
-  dynamics.rate(times[0], y0, stepper.f.data());
+  if ((status = dynamics.rate(times[0], y0, stepper.f.data())) != Status::completed) return finish(status);
   if (dynamics.out_of_range()) return finish(Status::diverged);
   ConstraintWatch constraints(dynamics, settings.rtol);
   if ((status = constraints.begin(times[0], y0, stepper.f.data())) != Status::completed) return finish(status);
@@ -151,7 +134,8 @@ RunReport run(Dynamics& dynamics, const double* y0, const RunSettings& settings,
     end = next_stop(at + 1);
     const double stop = settings.ends[end];
     while (stepper.t < stop) {
-      if (pulse.stop(stepper.t)) return finish(Status::interrupted);
+      pulse.reach(stepper.t);
+      if (pulse.stop()) return finish(Status::interrupted);
       const double t_before = stepper.t;
       if ((status = stepper.advance(stop)) != Status::completed) return finish(status);
       ++report.steps;
@@ -182,7 +166,9 @@ RunReport run(Dynamics& dynamics, const double* y0, const RunSettings& settings,
       const bool now = projection && (settings.method != Method::ExpAdams || stopped);
       if ((status = stepper.settle(now)) != Status::completed) return finish(status);
       // The switches have been looked for inside the step.
-      if (watch.active()) dynamics.rate(stepper.t, stepper.y.data(), stepper.f.data());
+      if (watch.active() &&
+          (status = dynamics.rate(stepper.t, stepper.y.data(), stepper.f.data())) != Status::completed)
+        return finish(status);
       if ((status = look()) != Status::completed) return finish(status);
       if (stopped && dynamics.out_of_range()) return finish(Status::diverged);
       if ((status = rows.inside(stepper, stopped)) != Status::completed) return finish(status);

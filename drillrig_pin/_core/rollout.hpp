@@ -36,9 +36,6 @@ struct RunReport {
   std::vector<double> extra;  // further rows where laws switch, all arrays of a row behind one another
 };
 
-// Called about twenty times a second with the time reached; true: stop.
-using Heartbeat = bool (*)(void* owner, double time);
-
 RunReport run(Dynamics& dynamics, const double* y0, const RunSettings& settings, const RunOutput& output,
               int points, Heartbeat heartbeat, void* owner);
 

@@ -34,16 +34,17 @@ Status Stepper::start(double time, const double* state, double bound, double fir
   rate_known_ = true;
   if (past_) past_->forget();
   if (method_ != Method::RK4) {
-    h_ = first > 0.0 ? std::min(first, bound - t) : first_step(bound);
-    if (h_ < 0.0) return Status::singular;
+    if (!(first > 0.0)) return first_step(bound);
+    h_ = std::min(first, bound - t);
   }
   return Status::completed;
 }
 
 // Hairer, Norsett, Wanner, section II.4: from the size of y, f and the change of f over a small Euler step.
-double Stepper::first_step(double bound) {
+Status Stepper::first_step(double bound) {
   const double interval = bound - t;
-  if (interval <= 0.0) return 0.0;
+  h_ = 0.0;
+  if (interval <= 0.0) return Status::completed;
   const Eigen::Map<const Eigen::VectorXd> atol(settings_.atol.data(), n_);
   const Eigen::Map<const Eigen::VectorXd> relative(settings_.relative.data(), n_);
   scale_ = atol + y.cwiseAbs().cwiseProduct(relative);
@@ -52,11 +53,13 @@ double Stepper::first_step(double bound) {
   double h0 = d0 < 1e-5 || d1 < 1e-5 ? 1e-6 : 0.01 * d0 / d1;
   h0 = std::min(h0, interval);
   stage_ = y + h0 * f;
-  if (evaluate(t + h0, stage_, K_.col(1).data()) != Status::completed) return -1.0;
+  const Status status = evaluate(t + h0, stage_, K_.col(1).data());
+  if (status != Status::completed) return status;
   const double d2 = (K_.col(1) - f).cwiseQuotient(scale_).norm() / root / h0;
   const double larger = std::max(d1, d2);
   const double h1 = larger <= 1e-15 ? std::max(1e-6, h0 * 1e-3) : std::pow(0.01 / larger, 1.0 / 8.0);
-  return std::min({100.0 * h0, h1, interval, longest()});
+  h_ = std::min({100.0 * h0, h1, interval, longest()});
+  return Status::completed;
 }
 
 double Stepper::shortest() const {

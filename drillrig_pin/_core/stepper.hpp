@@ -46,7 +46,7 @@ class Stepper {
   double work_error() const;   // of the work
   double shortest() const;
   double longest() const;
-  double first_step(double bound);
+  Status first_step(double bound);  // into h_
   void prepare_interpolant();
 
   Dynamics& dynamics_;

@@ -1,6 +1,7 @@
 // The exponential steps of a run: their start, their spacing and when to give them up.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "stepper.hpp"
 
@@ -25,6 +26,10 @@ Status Stepper::exponential(double bound) {
   if (!past.linearised() && (status = linearise()) != Status::completed) return status;
   if (past.empty()) {
     if (wanted_ == 0.0) wanted_ = std::min(longest(), past.guess(settings_.rtol));
+    if (!(wanted_ > shortest())) {  // nothing vibrates so fast and can be followed
+      troubles_ = kTroubles + 1;
+      return dop853(bound);
+    }
     past.begin(divided(bound - t, wanted_));
   }
   if (past.begins() || t >= node_ + past.spacing() * (1.0 - 1e-6)) {
@@ -32,6 +37,7 @@ Status Stepper::exponential(double bound) {
     node_ = t;
   }
   if (past.ready() && (status = choose_spacing(bound)) != Status::completed) return status;
+  if (dynamics_.stopped()) return Status::interrupted;
   if (past.empty()) return dop853(bound);
   if (!past.ready()) return exponential_start(bound);
   const double h = past.spacing();
@@ -67,7 +73,7 @@ Status Stepper::exponential_start(double bound) {
 }
 
 double Stepper::exponential_error() {
-  past_->prepare();
+  if (!past_->prepare()) return std::numeric_limits<double>::infinity();
   past_->error(error_);
   const Eigen::Map<const Eigen::VectorXd> atol(settings_.atol.data(), n_);
   const Eigen::Map<const Eigen::VectorXd> relative(settings_.relative.data(), n_);

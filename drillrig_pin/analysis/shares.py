@@ -74,6 +74,8 @@ def motion_shares(
         return ()
     x = np.array([_series(trajectory, element) for element in elements])[:, steady]
     influence = across @ _influence(trajectory, rig, point, steady, elements, x, weight)
+    if not np.isfinite(influence).all():
+        return ()
     moved = x - (x @ weight)[:, None]
     shares = (influence.T @ ((w * weight[:, None]).T @ moved.T)).diagonal() / whole
     alone = np.linalg.norm(influence, axis=0) * rms(weight, x.T)
@@ -106,6 +108,8 @@ def _influence(
     # Weighted rows as a least-squares problem: (sqrt(k) r Z) has K as its normal matrix, at half its condition number.
     root = np.sqrt(k)
     strained = root[:, None] * rows @ Z
+    if not np.isfinite(strained).all():
+        return np.full((3, len(elements)), np.nan)
     influence: Array = J_P @ Z @ np.linalg.pinv(strained, rcond=np.sqrt(SLACK)) * root
     return influence
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,7 +54,9 @@ class Trust:
         reasons = []
         if self.error is not None and not self.error <= WORST_ERROR:
             reasons.append(f"the constraints drift by {self.error:.2g}")
-        if self.relative is not None and not self.relative <= WORST_ENERGY:
+        if not math.isfinite(self.residual):
+            reasons.append("the energy of the run is no finite number")
+        elif self.relative is not None and not self.relative <= WORST_ENERGY:
             reasons.append(f"the energy balance misses {self.relative:.2g} of the {self.against}")
         if self.estimated is not None and not self.estimated <= max(WORST_SHARE * self.moved, NOTHING):
             reasons.append(f"the joint positions are wrong by about {self.estimated:.2g} of {self.moved:.2g} rad or m")

@@ -20,6 +20,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from drillrig_pin.elements.contact import Contact
 from drillrig_pin.elements.cylinder import Cylinder
 from drillrig_pin.errors import AssemblyError, ScenarioError, legal_names
+from drillrig_pin.finite import require_finite
 from drillrig_pin.kinematics import Array, anchor_matrix
 from drillrig_pin.rig import Rig
 from drillrig_pin.workspace import Workspace
@@ -234,6 +235,7 @@ class _Search:
 
         lower, upper = self.bounds(q)
         inside = np.clip(np.zeros(len(lower)), lower + 1e-9, upper - 1e-9)
+        require_finite(self.residual(q, inside, hole, direction))
         found = least_squares(
             lambda step: self.residual(q, step, hole, direction),
             inside,

@@ -15,10 +15,10 @@ from collections.abc import Sequence
 from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, field_validator
 
 from drillrig_pin.coordinates import Coordinate
-from drillrig_pin.elements.fields import Name
+from drillrig_pin.elements.fields import Name, sized
 from drillrig_pin.kinematics import Anchor, Array
 from drillrig_pin.model.nodes import Node
 
@@ -104,6 +104,8 @@ class Element(BaseModel):
     model_config = ConfigDict(
         frozen=True, extra="forbid", populate_by_name=True, allow_inf_nan=False, arbitrary_types_allowed=True
     )
+
+    _sized = field_validator("*")(sized)
 
     tag: ClassVar[str]
     #: True for drilling loads: they do work on the machine, are absent at rest and can be switched off.

@@ -2,14 +2,27 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, StringConstraints
+
+from drillrig_pin.series import LARGEST
 
 #: Name of an element: a letter of any script or `_`, then letters, digits and `_ . - / :`.
 Name = Annotated[str, StringConstraints(pattern=r"^[^\W\d][\w.\-/:]*$", max_length=100)]
 #: Name of a link or joint: whatever the URDF part calls it.
 TreeName = Annotated[str, StringConstraints(min_length=1, max_length=200)]
+
+
+def sized(value: Any) -> Any:
+    """A value whose numbers, within lists and tables too, are no larger than any machine has; ValueError otherwise."""
+    if isinstance(value, dict | list | tuple):
+        for item in value.values() if isinstance(value, dict) else value:
+            sized(item)
+    elif isinstance(value, int | float) and not abs(value) <= LARGEST:
+        raise ValueError(f"is beyond {LARGEST:g}, larger than any number of a machine")
+    return value
 
 
 def split(value: Any) -> Any:
@@ -28,10 +41,14 @@ Vector = Annotated[tuple[float, float, float], BeforeValidator(split)]
 
 
 def _direction(value: tuple[float, float, float]) -> tuple[float, float, float]:
-    length = sum(c * c for c in value) ** 0.5
-    if length == 0.0:
+    largest = max(abs(c) for c in sized(value))
+    if largest == 0.0:
         raise ValueError("the direction has no length")
-    return (value[0] / length, value[1] / length, value[2] / length)
+    # Squares of very small numbers would vanish. A power of two rounds nothing.
+    scale = math.ldexp(1.0, math.frexp(largest)[1])
+    x, y, z = (c / scale for c in value)
+    length = (x * x + y * y + z * z) ** 0.5
+    return (x / length, y / length, z / length)
 
 
 Axes = Annotated[tuple[Literal["x", "y", "z"], ...], BeforeValidator(_axes)]

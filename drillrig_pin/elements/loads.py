@@ -9,11 +9,11 @@ from functools import cached_property
 from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, field_validator
 
 from drillrig_pin.coordinates import Coordinate, Slide, Turn
 from drillrig_pin.elements.base import Element, Law, Remark, Resolver
-from drillrig_pin.elements.fields import Direction, Name, quantity, reference
+from drillrig_pin.elements.fields import Direction, Name, quantity, reference, sized
 from drillrig_pin.elements.table_file import TO_CHOOSE, read_samples, read_table, table_remarks
 from drillrig_pin.elements.tables import Reading, TableLaw
 from drillrig_pin.errors import ModelError, legal_names
@@ -84,6 +84,8 @@ def _auto_or_number(value: Any) -> Any:
 
 class _LoadLaw(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    _sized = field_validator("*")(sized)
 
 
 class Constant(_LoadLaw):

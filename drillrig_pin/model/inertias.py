@@ -12,6 +12,7 @@ from drillrig_pin.model.nodes import Node
 from drillrig_pin.model.numbers import numbers, placement
 from drillrig_pin.model.problem import Problem
 from drillrig_pin.model.tree_text import INERTIA, child, inertial_numbers
+from drillrig_pin.series import LARGEST as BEYOND
 
 #: Relative slack of the triangle inequality: thin rods meet it with equality up to printed digits.
 TRIANGLE_SLACK = 1e-3
@@ -82,6 +83,8 @@ def _inertia(link: Node, inertial: Node) -> Iterator[Problem]:
         placement(child(inertial, "origin"))
     except ModelError:
         return
+    if any(abs(value) > BEYOND for value in (mass, xx, xy, xz, yy, yz, zz)):
+        return  # said where it is read
     if mass < 0:
         yield Problem("error", f"link {name!r} has the negative mass {mass:g} kg", inertial.source)
         return
@@ -118,9 +121,9 @@ def gyration(link: Node, edges: Sequence[float]) -> Iterator[Problem]:
     if inertial is None or tensor is None:
         return
     mass, (xx, xy, xz, yy, yz, zz) = inertial_numbers(inertial)
-    moment = float(np.linalg.eigvalsh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))[-1])
     if not mass > 0:
         return
+    moment = float(np.linalg.eigvalsh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))[-1])
     diagonal, longest = math.hypot(*edges), max(edges)
     if not longest > 0:
         return

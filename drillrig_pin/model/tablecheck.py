@@ -10,6 +10,7 @@ from drillrig_pin.model.numbers import numbers
 from drillrig_pin.model.problem import Problem
 from drillrig_pin.model.urdf_table import ACTS_ELSEWHERE, ROBOT, Attribute, Element, Use, is_used
 from drillrig_pin.model.xacro_words import XACRO_TAGS
+from drillrig_pin.series import LARGEST
 
 BLOCK = "drillrig"
 #: Blocks for other programs in which a word that acts there is worth a warning.
@@ -95,6 +96,10 @@ def _value(node: Node, name: str, text: str, attribute: Attribute) -> Iterator[P
         advice = "Write the decimal point as a point." if numbers(word.replace(",", ".")) is not None else ""
         many = "a finite number" if attribute.count == 1 else "made of finite numbers"
         yield Problem(severity, f"{_label(node)} {name} = {shown(text)} is not {many}", node.source, advice)
+    elif node.tag != "limit" and any(abs(value) > LARGEST for value in values):
+        # A limit beyond all bounds is how some exporters write that there is none.
+        words = f"{_label(node)} {name} = {shown(text)} is beyond {LARGEST:g}, larger than any number of a machine"
+        yield Problem(severity, words, node.source)
     elif len(values) != attribute.count:
         counted = f"{len(values)} number{'s' if len(values) > 1 else ''}"
         yield Problem(

@@ -21,6 +21,9 @@ INSTEAD = {
     "universal": "Write two revolute joints in a row, with a link without mass between them.",
 }
 
+#: Of an axis whose numbers are smaller than this nothing is left when they are squared.
+SHORTEST = 1e-100
+
 
 def check_urdf(root: Node) -> Iterator[Problem]:
     """Yield findings about links, joints, inertias and numbers of the expanded file."""
@@ -83,7 +86,7 @@ def _joints(root: Node, links: dict[str, Node]) -> Iterator[Problem]:
         axis = child(joint, "axis")
         if axis is not None and is_used(ROBOT.children["joint"].children["axis"], kind):
             xyz = numbers(axis.attributes.get("xyz", ""))
-            if xyz and not any(xyz):
+            if xyz and max(map(abs, xyz)) < SHORTEST:
                 yield Problem(
                     "error",
                     f"joint {name!r}: its axis {axis.attributes['xyz']!r} has no direction",

@@ -182,7 +182,7 @@ class Posing:
             for _ in range(ITERATIONS):
                 space.update(q, zero)
                 open_by = space.x_constraint - self._goal
-                if float(np.abs(open_by).max()) < slack:
+                if float(np.abs(open_by).max()) < slack or not np.isfinite(space.J).all():
                     break
                 q = pin.integrate(self._model, q, -np.linalg.lstsq(space.J, open_by, rcond=1e-6)[0])
             space.update(q, zero)

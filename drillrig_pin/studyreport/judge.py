@@ -22,8 +22,8 @@ class Judgement:
 
 
 def against(value: float, bound: Bound) -> Level:
-    """How a value stands to a limit; near is within the last fifth before a greatest value."""
-    if value < bound.value if bound.least else value > bound.value:
+    """How a value stands to a limit; near is within the last fifth before a greatest value. No number keeps none."""
+    if not (value >= bound.value if bound.least else value <= bound.value):
         return Level.BAD
     if not bound.least and bound.value > 0 and value > NEAR * bound.value:
         return Level.NEAR
