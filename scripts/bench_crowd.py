@@ -167,7 +167,7 @@ class Crowd:
 
     async def gather(self, server: int) -> dict[str, Any]:
         """Let them live; gives what was measured. ``server`` is its process."""
-        started = time.perf_counter()
+        started, computed = time.perf_counter(), processor_time(server)
         self.end = started + self.seconds
         everybody = asyncio.gather(*(Client(i, self).live() for i in range(self.clients)))
         memory = []
@@ -185,6 +185,9 @@ class Crowd:
             "what": f"{self.clients} clients mixed for {self.seconds:g} s on loopback",
             "requests": sum(self.answers.values()),
             "a_second": round(sum(self.answers.values()) / (time.perf_counter() - started), 1),
+            "server_processor_time_each_ms": round(
+                1e3 * (processor_time(server) - computed) / max(1, sum(self.answers.values())), 2
+            ),
             "answers": dict(sorted(statuses.items())),
             "server_errors": sum(count for status, count in statuses.items() if status >= 500),
             "broken": dict(self.broken),
@@ -205,6 +208,12 @@ class Crowd:
 def resident(pid: int) -> float:
     """Memory of a process [MB]."""
     return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+def processor_time(pid: int) -> float:
+    """What a process has computed [s], which a busy machine does not change much."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def _share(times: list[float], share: float) -> float:

@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 import httpx
-from bench_crowd import Crowd
+from bench_crowd import Crowd, processor_time
 
 CLIENTS, REQUESTS = 50, 2000
 REPEATS = 5
@@ -141,11 +141,11 @@ async def load(url: str, server: int) -> dict[str, Any]:
             errors += not head.startswith(b"HTTP/1.1 200")
         writer.close()
 
-    before = _processor_time(server)
+    before = processor_time(server)
     started = time.perf_counter()
     await asyncio.gather(*(ask(i) for i in range(CLIENTS)))
     seconds = time.perf_counter() - started
-    spent = _processor_time(server) - before
+    spent = processor_time(server) - before
     times.sort()
     return {
         "what": f"{CLIENTS} clients, {REQUESTS} requests of status, lists and numbers of runs [s]",
@@ -157,11 +157,6 @@ async def load(url: str, server: int) -> dict[str, Any]:
         "server_processor_time_each": round(spent / len(times), 5),
         "bar": 0.1,
     }
-
-
-def _processor_time(pid: int) -> float:
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 if __name__ == "__main__":
