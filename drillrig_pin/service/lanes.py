@@ -120,7 +120,9 @@ class Lane:
         self._running[client] -= 1
         if not self._running[client]:
             del self._running[client]
-        self._pump()
+        # Who ends the loop cancels what is under way; nothing new begins then.
+        if not task.cancelled():
+            self._pump()
 
 
 def _later(status: int, what: str) -> ServiceError:
