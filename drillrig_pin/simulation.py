@@ -32,7 +32,7 @@ from drillrig_pin.errors import (
     Status,
     legal_names,
 )
-from drillrig_pin.finite import require_named
+from drillrig_pin.finite import LARGEST, require_named
 from drillrig_pin.fitting import fitted, start_configuration
 from drillrig_pin.marching import Rates, broken_cylinder, march_core, march_python
 from drillrig_pin.methods import engine_of, method_of
@@ -62,8 +62,8 @@ def simulate(rig: Rig, scenario: Scenario | None = None, progress: Progress | No
     Args:
         rig: the rig; not changed. What ``scenario.lock`` names is locked in a copy, and in the result's model.
         scenario: the case; None: the default one.
-        progress: called now and then with the simulated time [s], also while the run is prepared; what it raises ends
-            the run.
+        progress: called now and then with the simulated time [s]; what it raises ends the run. While the run is
+            prepared, only those hear who listen, see :func:`drillrig_pin.beat.listening`.
 
     Returns:
         The trajectory. A run that stops early keeps what it has, with its status; Ctrl-C is one way to stop. One whose
@@ -74,10 +74,7 @@ def simulate(rig: Rig, scenario: Scenario | None = None, progress: Progress | No
         AssemblyError: the constraints cannot be closed, or a cylinder starts outside its stroke.
         ResultSizeError: the result would not fit the memory there is.
     """
-    scenario = scenario or Scenario()
-    with listening(lambda: progress(0.0)) if progress is not None else nullcontext():
-        case = Case(rig, scenario)
-    return case.run(progress)
+    return Case(rig, scenario or Scenario()).run(progress)
 
 
 def simulate_many(
@@ -237,7 +234,7 @@ def prepare(rig: Rig, scenario: Scenario) -> Dynamics:
 
     Raises:
         ScenarioError: the scenario does not fit the rig.
-        AssemblyError: the machine cannot be assembled, or a number at its start is none of a machine.
+        AssemblyError: the machine cannot be assembled, or a velocity at its start is none of a machine.
     """
     rig = fitted(rig, scenario)
     names = [element.name for element in rig.forces if element.load]
@@ -258,28 +255,29 @@ def prepare(rig: Rig, scenario: Scenario) -> Dynamics:
         correction=correction_of(scenario),
         space=space,
     )
-    _require_forces(dynamics)
+    velocities = dynamics.initial()[rig.model.nq : -2]
+    require_named(dict(zip(rig.dof_names, velocities.tolist(), strict=True)), "velocity")
     return dynamics
 
 
-def _require_forces(dynamics: Dynamics) -> None:
-    """Refuse a case whose forces at the start are no numbers of a machine."""
-    rig, start = dynamics.rig, dynamics.initial()
-    velocities = start[rig.model.nq : -2]
-    require_named(dict(zip(rig.dof_names, velocities.tolist(), strict=True)), "velocity")
-    dynamics.evaluate_forces(0.0, start[: rig.model.nq], velocities)
-    forces = dynamics.F[dynamics.space.index].tolist()
-    require_named(dict(zip([element.name for element in dynamics.forces], forces, strict=True)), "force")
-
-
 def _require_accelerations(dynamics: Dynamics, rates: Rates) -> None:
-    """The same for the accelerations, as the engine that runs the case computes them."""
-    nq, start = dynamics.rig.model.nq, dynamics.initial()
+    """Refuse a case whose accelerations at the start, as its engine computes them, are no numbers of a machine.
+
+    A force is to blame more often than not: then that is named.
+    """
+    rig, start = dynamics.rig, dynamics.initial()
+    nq = rig.model.nq
     try:
         rate = rates(np.zeros(1), start[None])[0]
     except (SingularConfigurationError, np.linalg.LinAlgError):
         return  # the run itself says what is wrong
-    require_named(dict(zip(dynamics.rig.dof_names, rate[nq:-2].tolist(), strict=True)), "acceleration")
+    accelerations = dict(zip(rig.dof_names, rate[nq:-2].tolist(), strict=True))
+    if all(abs(value) <= LARGEST for value in accelerations.values()):
+        return
+    dynamics.evaluate_forces(0.0, start[:nq], start[nq:-2])
+    forces = dynamics.F[dynamics.space.index].tolist()
+    require_named(dict(zip([element.name for element in dynamics.forces], forces, strict=True)), "force")
+    require_named(accelerations, "acceleration")
 
 
 def _require_covered(load: Load, duration: float) -> None:

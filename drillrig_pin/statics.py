@@ -89,7 +89,7 @@ def find_equilibrium(rig: Rig, assembly: Assembly, space: Workspace | None = Non
     for element, i in zip(space.forces, space.index, strict=True):
         if not np.isfinite(space.rows[i]).all():
             raise AssemblyError(
-                f"{element.name!r} has no direction at the start",
+                f"{element.name!r} has no direction at the start, its row holds no finite numbers",
                 todo="The two points that it joins coincide: move one.",
             )
     x0 = {element.name: float(space.x[i]) for element, i in placed}

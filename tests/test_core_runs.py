@@ -118,7 +118,7 @@ def test_every_shipped_scenario_runs_alike(name: str, method: str) -> None:
     ids=lambda changes: " ".join(f"{name}={value}" for name, value in changes.items()),
 )
 def test_the_shipped_rig_runs_alike_however_it_is_solved(mkz49: Rig, changes: dict[str, object]) -> None:
-    case = Scenario(duration=0.1).changed({**DOP853, **TIGHT, **changes})
+    case = Scenario(duration=0.2).changed({**DOP853, **TIGHT, **changes})
     core, python = both(mkz49, case)
     assert core.outcome.completed
     assert_same(core, python, terms_of_acceleration(mkz49, case))

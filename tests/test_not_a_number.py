@@ -256,8 +256,8 @@ def test_everything_before_a_run_can_be_ended_by_who_listens(engine: str) -> Non
     with listening(after(3)), pytest.raises(EnoughError):
         start_state(hold, Scenario())  # assembly
     case = Scenario(duration=0.5, engine=engine)
-    with pytest.raises(EnoughError):
-        simulate(machine, case, after(2))  # preparation and run
+    with listening(after(2)), pytest.raises(EnoughError):
+        simulate(machine, case)  # preparation and run
     _, rates = MARCHES[engine](Case(machine, case).dynamics)
     states = np.tile(Case(machine, case).dynamics.initial(), (300_000, 1))
     with listening(after(1)), pytest.raises(EnoughError):

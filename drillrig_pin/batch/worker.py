@@ -17,12 +17,13 @@ from drillrig_pin.analysis.validity import invalid
 from drillrig_pin.batch.cases import Question, model_fingerprint
 from drillrig_pin.batch.holes import Aim, UnreachableError, aim_at
 from drillrig_pin.batch.measures import WINDOW, measured
+from drillrig_pin.beat import listening
 from drillrig_pin.errors import DrillrigError, ResultFileError
 from drillrig_pin.fitting import fitted
 from drillrig_pin.model.modelfile import read_model
 from drillrig_pin.rig import Rig, build_rig
 from drillrig_pin.scenario import Scenario
-from drillrig_pin.simulation import simulate
+from drillrig_pin.simulation import Case
 from drillrig_pin.trajectory import Trajectory
 
 COMPLETED = "completed"
@@ -147,7 +148,9 @@ def _run(order: Order, question: Question, answer: Answer, started: float, targe
         if order.time_limit is not None and time.perf_counter() - started > order.time_limit:
             raise _TooLongError
 
-    trajectory = simulate(rig, scenario, watch)
+    with listening(lambda: watch(0.0)):
+        case = Case(rig, scenario)
+    trajectory = case.run(watch)
     answer.solve_time = trajectory.cost["wall_time"]
     answer.content_hash = trajectory.content_hash
     outcome = trajectory.outcome

@@ -75,6 +75,7 @@ class _StampingBuilder(DefusedExpatBuilderNS):  # type: ignore[misc]
         self._file, self._bounds = file, bounds
         self._depth = self._count = self._comments = 0
         self._text: list[str] = []
+        self._size = f"nests deeper than {bounds.depth} elements or holds more than {bounds.elements}"
 
     def install(self, parser: Any) -> None:
         super().install(parser)
@@ -85,8 +86,8 @@ class _StampingBuilder(DefusedExpatBuilderNS):  # type: ignore[misc]
     def start_element_handler(self, name: str, attributes: Any) -> None:
         self._depth += 1
         self._count += 1
-        self._require("nests deeper than {} elements", self._depth, self._bounds.depth)
-        self._require("holds more than {} elements", self._count, self._bounds.elements)
+        self._require(self._size, self._depth, self._bounds.depth)
+        self._require(self._size, self._count, self._bounds.elements)
         count = len(attributes) // 2 + len(self._ns_ordered_prefixes)
         short = name.split(" ")[min(1, name.count(" "))][:60]
         self._require(f"holds an element <{short}> with more than {{}} attributes", count, self._bounds.attributes)

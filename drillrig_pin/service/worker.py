@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from drillrig_pin.batch.worker import rig_of
+from drillrig_pin.beat import listening
 from drillrig_pin.errors import DrillrigError, ResultFileError, SimulationError
 from drillrig_pin.model.modelfile import read_model_text
 from drillrig_pin.rig import Rig, build_rig
@@ -22,7 +23,7 @@ from drillrig_pin.service.bounds import bounded
 from drillrig_pin.service.kept import METRICS, RESULT, sha256_of, write_metrics
 from drillrig_pin.service.measured import measured_document, summary
 from drillrig_pin.service.problems import Problem, problem_of
-from drillrig_pin.simulation import simulate
+from drillrig_pin.simulation import Case
 
 PROGRESS = "progress"
 #: How often a job looks whether its server is still there [s].
@@ -107,7 +108,9 @@ def _into(order: Order, folder: Path) -> Answer:
         rig = _rig(order)
         scenario = Scenario(**order.scenario)
         with _progress(folder / PROGRESS, scenario.duration, order.time) as tick:
-            trajectory = simulate(rig, scenario, tick)
+            with listening(lambda: tick(0.0)):
+                case = Case(rig, scenario)
+            trajectory = case.run(tick)
         trajectory.save(folder / RESULT)
         document = measured_document(trajectory)
         beside = {METRICS: write_metrics(document, folder / METRICS)}
