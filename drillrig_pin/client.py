@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import json
 import os
-import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -22,6 +21,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from drillrig_pin import errors
 from drillrig_pin.errors import DrillrigError, ModelError
+from drillrig_pin.litter import temporary_folder
 from drillrig_pin.scenario import Scenario as Case
 from drillrig_pin.scenario import load_scenario
 from drillrig_pin.trajectory import Trajectory, load_trajectory
@@ -188,7 +188,7 @@ class Client:
 
     def fetch(self, number: str) -> Trajectory:
         """The trajectory of a completed run."""
-        with tempfile.TemporaryDirectory() as folder:
+        with temporary_folder() as folder:
             path = Path(folder, "run.nc")
             path.write_bytes(self._answer("GET", f"/v1/runs/{number}/result").content)
             return load_trajectory(path)

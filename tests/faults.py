@@ -121,8 +121,10 @@ class _File:
 
     def __init__(self, file: Any, fault: Fault, path: Any) -> None:
         self._file, self._fault, self._path = file, fault, str(path)
+        self._written = False
 
     def write(self, content: Any) -> Any:
+        self._written = True
         try:
             self._fault.ask("write", self._path)
         except OSError:
@@ -138,7 +140,9 @@ class _File:
         if self._file.closed:
             return
         try:
-            self._fault.ask("close", self._path)
+            # Only what was written can be lost in closing.
+            if self._written:
+                self._fault.ask("close", self._path)
         finally:
             self._file.close()
 

@@ -98,6 +98,7 @@ def read_measurement(path: Path, unit: str | None = None) -> Measurement:
     """
     where = str(path)
     try:
+        # No more is read than is allowed: a device has no size, and no end either.
         with path.open("rb") as stream:
             raw = stream.read(MAX_BYTES + 1)
         if len(raw) > MAX_BYTES:

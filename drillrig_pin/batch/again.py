@@ -6,7 +6,6 @@ names is evaluated only where the caller says so.
 
 from __future__ import annotations
 
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from drillrig_pin.batch.study import field_change
 from drillrig_pin.batch.table import StudyTable, is_study
 from drillrig_pin.batch.worker import Order, solve
 from drillrig_pin.errors import DrillrigError, ResultFileError
+from drillrig_pin.litter import temporary_folder
 from drillrig_pin.model.foreign import is_data, is_program
 from drillrig_pin.model.modelfile import ModelFile, read_model, read_model_text
 from drillrig_pin.rig import build_rig
@@ -69,7 +69,7 @@ def recall(table: StudyTable, case: int, *, keep: bool = True, run_model: bool =
         _require_data(table, case)
     # A link in somebody's folder may lead out of it: nothing is written through it.
     keep = keep and not (path.is_symlink() or path.parent.is_symlink())
-    with tempfile.TemporaryDirectory() as folder:
+    with temporary_folder() as folder:
         target = Path(folder, "run.nc")
         if keep:
             try:

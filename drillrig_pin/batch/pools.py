@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import asyncio
+import atexit
 import contextlib
 import multiprocessing
+import multiprocessing.process
 import os
+import shutil
 import signal
+import tempfile
 from collections.abc import Callable, Sequence
 from concurrent.futures import CancelledError, Future
+from pathlib import Path
 from typing import Any, Protocol
 
 from drillrig_pin.errors import DrillrigError
+from drillrig_pin.litter import FOLDER, marked, remove_litter
 
 #: Environment of the workers. No library starts threads of its own: the cores are taken already. glibc keeps the memory
 #: of one run's arrays for the next one: asking the system for zeroed pages again costs 2 % of the time.
@@ -27,6 +33,10 @@ ENVIRONMENT = {
 #: How Dask says that a connection is no more. Timeouts and closed sockets are OSErrors; a closed loop or client is a
 #: RuntimeError; a question that its loop cancels in the middle leaves no answer to return: UnboundLocalError.
 BROKEN = (OSError, RuntimeError, CancelledError, asyncio.CancelledError, UnboundLocalError)
+
+
+#: Longest name of a socket [bytes].
+SOCKET = 107
 
 
 class BatchError(DrillrigError):
@@ -82,6 +92,7 @@ class LocalPool:
     def _made(self) -> Any:
         import pebble
 
+        _shorten_sockets()
         # Forking this process would copy its threads in mid-flight. A server that has none imports everything once and
         # forks the workers, also those that replace a dead one.
         context = multiprocessing.get_context("forkserver")
@@ -104,7 +115,12 @@ class LocalPool:
         except RuntimeError:
             self._end()
             self._pool = self._made()
-            future = self._pool.schedule(function, args=arguments, timeout=timeout)
+            try:
+                future = self._pool.schedule(function, args=arguments, timeout=timeout)
+            except (RuntimeError, OSError) as error:
+                raise _no_workers(error) from None
+        except OSError as error:
+            raise _no_workers(error) from None
         return future
 
     def require_alive(self) -> None:
@@ -122,6 +138,32 @@ class LocalPool:
     def _end(self) -> None:
         self._pool.stop()
         self._pool.join()
+
+
+def _no_workers(error: Exception) -> BatchError:
+    reason = " ".join(str(error).split())[:160]
+    return BatchError(
+        f"worker processes cannot be started{f' ({reason})' if reason else ''}",
+        where=tempfile.gettempdir(),
+        todo="They need a folder for temporary files (TMPDIR), /dev/shm, and room under ulimit -n, -u and -v.",
+    )
+
+
+def _shorten_sockets() -> None:
+    """Give multiprocessing a folder for its sockets whose name is short enough, and that a later command removes."""
+    config = multiprocessing.process.current_process()._config  # type: ignore[attr-defined]
+    if config.get("tempdir") is not None:
+        return
+    for place in (tempfile.gettempdir(), "/tmp", "/var/tmp"):
+        folder = Path(place, marked(FOLDER))
+        if len(os.fsencode(folder)) + len("/listener-12345678") > SOCKET:
+            continue
+        with contextlib.suppress(OSError):
+            remove_litter(folder.parent, FOLDER)
+            folder.mkdir(mode=0o700)
+            config["tempdir"] = str(folder)
+            atexit.register(shutil.rmtree, folder, ignore_errors=True)
+            return
 
 
 def _in_main_thread() -> bool:

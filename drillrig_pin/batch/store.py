@@ -17,6 +17,7 @@ from drillrig_pin.batch.idle import idle_axes
 from drillrig_pin.batch.worker import TRIED_AGAIN, Answer
 from drillrig_pin.errors import ResultFileError
 from drillrig_pin.files import lock_folder, saving
+from drillrig_pin.litter import remove_litter
 from drillrig_pin.trajectory import versions
 
 if TYPE_CHECKING:
@@ -57,8 +58,9 @@ class Store:
                 todo="Wait for it, or give another with -o.",
             )
         self._lock = lock
-        for left in self.journal.glob(".*.jsonl.*"):
-            left.unlink(missing_ok=True)
+        for place in (folder, self.journal, folder / TRAJECTORIES):
+            # The lock is held: what a command on another machine left is no longer waited for.
+            remove_litter(place, alone=True)
         self.done: set[str] = {answer.key for answer in self.settled()}
         self._files = len(list(self.journal.glob("*.jsonl")))
 

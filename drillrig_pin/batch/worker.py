@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import tempfile
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -20,6 +19,7 @@ from drillrig_pin.batch.measures import WINDOW, measured
 from drillrig_pin.beat import listening
 from drillrig_pin.errors import DrillrigError, ResultFileError
 from drillrig_pin.fitting import fitted
+from drillrig_pin.litter import temporary_folder
 from drillrig_pin.model.modelfile import read_model
 from drillrig_pin.rig import Rig, build_rig
 from drillrig_pin.scenario import Scenario
@@ -183,7 +183,7 @@ def _kept(trajectory: Trajectory, target: str) -> bytes | None:
     if target:
         trajectory.save(target)
         return None
-    with tempfile.TemporaryDirectory() as folder:
+    with temporary_folder() as folder:
         path = Path(folder, "run.nc")
         trajectory.save(path)
         return path.read_bytes()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -23,7 +23,7 @@ from drillrig_pin.cli.case import (
 from drillrig_pin.cli.files import require_writable
 from drillrig_pin.cli.guard import NOT_VALID, STOPPED_EARLY
 from drillrig_pin.cli.output import console, print_json
-from drillrig_pin.cli.signals import interrupted_code
+from drillrig_pin.cli.signals import asked_to_end, holding, interrupted_code
 from drillrig_pin.cli.targets import Force, console_beside, free_name, require_target
 
 if TYPE_CHECKING:
@@ -82,9 +82,12 @@ def run(
     with _progress(case.duration, shown=not quiet and sys.stderr.isatty()) as tick:
         trajectory = simulate(rig, case, progress=tick)
         if estimate or (estimate is None and trajectory.engine == "core"):
-            trajectory = estimate_error(rig, trajectory)
-    target = output if output is not None else free_name(DEFAULT)
-    trajectory.save(target)
+            # The run itself is complete: asked to end now, it is saved without an estimate.
+            with suppress(KeyboardInterrupt):
+                trajectory = estimate_error(rig, trajectory)
+    with holding():
+        target = output if output is not None else free_name(DEFAULT)
+        trajectory.save(target)
     metrics = _measured(trajectory, rig)
     if json:
         print_json(_document(trajectory, metrics, rig, target))
@@ -112,7 +115,7 @@ def _measured(trajectory: Trajectory, rig: Rig) -> Metrics | None:
 def _leave(trajectory: Trajectory, metrics: Metrics | None) -> None:
     from drillrig_pin.errors import Status
 
-    if trajectory.outcome.status is Status.INTERRUPTED:
+    if trajectory.outcome.status is Status.INTERRUPTED or asked_to_end():
         raise typer.Exit(interrupted_code())
     if not trajectory.outcome.completed:
         raise typer.Exit(STOPPED_EARLY)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import os
+import signal
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
@@ -86,7 +89,22 @@ def serve(
     def ready(address: str) -> None:
         console(stderr=True).print(f"drillrig answers at {address} ; Ctrl-C ends it.", markup=False, soft_wrap=True)
 
-    run_server(settings, ready)
+    with _hung_up_as_told():
+        run_server(settings, ready)
+
+
+@contextlib.contextmanager
+def _hung_up_as_told() -> Iterator[None]:
+    """A terminal that was closed ends the server as a polite kill does, which it hears itself; not under `nohup`."""
+    hung_up = getattr(signal, "SIGHUP", None)
+    if hung_up is None or signal.getsignal(hung_up) is signal.SIG_IGN:
+        yield
+        return
+    before = signal.signal(hung_up, lambda *_: signal.raise_signal(signal.SIGTERM))
+    try:
+        yield
+    finally:
+        signal.signal(hung_up, before)
 
 
 def _proxies(given: list[str]) -> tuple[str, ...]:
@@ -117,9 +135,13 @@ def _token(file: Path | None) -> str | None:
     else:
         where = str(file)
         try:
-            text = file.read_text(encoding="utf-8").partition("\n")[0]
+            with file.open("rb") as stream:
+                text = stream.readline(LONGEST + 2).decode()
         except (OSError, UnicodeDecodeError) as error:
-            raise ScenarioError(f"the token cannot be read ({error})", where=where) from None
+            reason = getattr(error, "strerror", None) or error
+            raise ScenarioError(f"the token cannot be read ({reason})", where=where) from None
+        if len(text) > LONGEST + 1:
+            raise ScenarioError(f"the token has more than {LONGEST} letters", where=where)
     token = text.strip()
     if len(token) < SHORTEST or not token.isascii():
         raise ScenarioError(
@@ -146,5 +168,5 @@ def _taken_from_environment() -> str:
     return text
 
 
-#: A shorter token can be guessed.
-SHORTEST = 16
+#: A shorter token can be guessed, a longer one is some other file.
+SHORTEST, LONGEST = 16, 4096

@@ -141,7 +141,7 @@ def _film(scene: Scene, target: Path) -> None:
             style="yellow",
             soft_wrap=True,
         )
-    with _killed_as_interrupted(), _progress(pictures(scene)) as tick:
+    with _progress(pictures(scene)) as tick:
         film(scene, target, tick)
 
 
@@ -221,17 +221,6 @@ def open_browser(server: LiveServer, *, no_open: bool) -> None:
 
     # A browser started from here writes to this terminal and may take its time.
     threading.Thread(target=webbrowser.open, args=(server.url,), daemon=True).start()
-
-
-@contextmanager
-def _killed_as_interrupted() -> Iterator[None]:
-    """A polite kill or a closed terminal ends the block as Ctrl-C does, so that the programs it started end too."""
-
-    def interrupt(*_: object) -> None:
-        raise KeyboardInterrupt
-
-    with _handling(interrupt, "SIGTERM", "SIGHUP"):
-        yield
 
 
 @contextmanager

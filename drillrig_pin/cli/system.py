@@ -29,6 +29,8 @@ _THREADS = re.compile(r"can't (?:start|allocate) (?:new )?(?:thread|lock)|Resour
 
 def refusal(error: BaseException) -> str:
     """A sentence about an error that the system caused; empty if it did not."""
+    if isinstance(error, OSError) and error.errno == errno.ENOENT and not _has_folder():
+        return "the folder this command was started in is gone. Change to another one."
     if isinstance(error, OSError) and error.errno:
         # The name and the reason; the rest of its text is for programmers.
         place = f"{_name(error.filename)}: " if error.filename is not None else ""
@@ -63,6 +65,14 @@ def _bounds() -> str:
     except (OSError, ValueError):
         return f" The process may take {bound / 1e6:.0f} MB (ulimit -v)."
     return f" The process may take {bound / 1e6:.0f} MB (ulimit -v) and has {used / 1e6:.0f} MB."
+
+
+def _has_folder() -> bool:
+    try:
+        os.getcwd()
+    except OSError:
+        return False
+    return True
 
 
 def _name(path: object) -> str:

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from drillrig_pin.errors import ResultFileError
 from drillrig_pin.files import write_aside
+from drillrig_pin.litter import temporary_folder
 from drillrig_pin.replay.payload import scene_bytes, scene_words
 from drillrig_pin.replay.server import LiveServer
 from drillrig_pin.scene.scene import Scene
@@ -105,7 +106,7 @@ def _encoder(ffmpeg: str, aside: Path, target: Path) -> Iterator[Callable[[bytes
 
 @contextlib.contextmanager
 def _browser(browser: str, server: LiveServer, count: int) -> Iterator[None]:
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+    with temporary_folder() as profile:
         quiet = "--no-first-run --disable-extensions --disable-background-networking --disable-sync --mute-audio"
         picture = f"--disable-gpu --use-angle=swiftshader --enable-unsafe-swiftshader --window-size={WIDTH},{HEIGHT}"
         command = [browser, "--headless=new", *picture.split(), *quiet.split(), f"--user-data-dir={profile}"]

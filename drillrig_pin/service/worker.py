@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -16,6 +15,7 @@ from typing import Any
 from drillrig_pin.batch.worker import rig_of
 from drillrig_pin.beat import listening
 from drillrig_pin.errors import DrillrigError, ResultFileError, SimulationError
+from drillrig_pin.litter import temporary_folder
 from drillrig_pin.model.modelfile import read_model_text
 from drillrig_pin.rig import Rig, build_rig
 from drillrig_pin.scenario import Scenario
@@ -83,7 +83,7 @@ def carry_out(order: Order) -> Answer:
     try:
         if order.folder:
             return _into(order, Path(order.folder))
-        with tempfile.TemporaryDirectory() as folder:
+        with temporary_folder() as folder:
             answer = _into(order, Path(folder))
             answer.files = {name: Path(folder, name).read_bytes() for name in (RESULT, METRICS)}
             return answer

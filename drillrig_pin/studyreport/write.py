@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ from drillrig_pin.analysis.limits import Limit
 from drillrig_pin.errors import DrillrigError, ResultFileError
 from drillrig_pin.figures.face import caption, save_face
 from drillrig_pin.files import saving
+from drillrig_pin.litter import temporary_folder
 from drillrig_pin.studyreport.content import StudyContent, gather
 from drillrig_pin.studyreport.page import study_page
 from drillrig_pin.studyreport.subject import read_subject
@@ -66,7 +66,7 @@ def write_study_report(
     picture, words, printed = "", "", []
     if subject.face is not None:
         words = caption(subject.face)
-        with tempfile.TemporaryDirectory() as aside:
+        with temporary_folder() as aside:
             picture = save_face(subject.face, title, Path(aside), ["svg"])[0].read_text(encoding="utf-8")
         if figures is not None:
             printed = save_face(subject.face, title, Path(figures))
