@@ -1,4 +1,4 @@
-"""Streams that are closed or full, letters nobody can show, signals, refusals of the system: sentences and exit codes."""
+"""Streams closed or full, letters nobody can show, signals, refusals of the system: sentences and exit codes."""
 
 from __future__ import annotations
 
@@ -153,11 +153,16 @@ def test_every_signal_that_ends_keeps_what_a_run_has(
 
 
 def test_what_is_being_saved_is_saved_before_a_signal_is_heard() -> None:
-    saved = False
-    with ending_softly():
-        with pytest.raises(KeyboardInterrupt), holding():
+    saved: list[bool] = []
+
+    def save() -> None:
+        with holding():
             signal.raise_signal(signal.SIGTERM)
-            saved = True
+            saved.append(True)
+
+    with ending_softly():
+        with pytest.raises(KeyboardInterrupt):
+            save()
         assert saved
         assert interrupted_code() == 143
 
